@@ -5,12 +5,15 @@
 
 import itertools
 import logging
+import time
 
 from conditions import until
 from effort import examples
 from fleet_helpers import (
     message,
     PATIENCE_S,
+    place,
+    robot_of,
     router_here,
     SECOND,
     send_first,
@@ -19,6 +22,7 @@ from fleet_helpers import (
 )
 from hypothesis import given, HealthCheck, strategies as st
 import pytest
+from serialized import serialize
 from tf_tree_py.core import Kind
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
@@ -40,6 +44,19 @@ def test_a_robot_cannot_hang_what_is_shared_elsewhere_nor_touch_others(listen, r
     assert x_of(buffer, 'map', 'robot8/base') == 8.0
     assert {info.child: info.parent for info in buffer.edges()} == {
         'robot8/base': 'map', 'robot7/base': 'map', 'robot7/robot8/base': 'robot7/trap'}
+
+
+def test_impossible_stamp_is_refused_whatever_else_a_message_has(listen, robot):
+    buffer = (listener := listen()).buffer
+    driver = robot('robot7')
+    send_first(listener, driver, message(('map', 'base', 7)))
+    driver.send(serialize([('base', 'imu', 1, SECOND, place(1))]))
+    driver.send(serialize([('trap', 'map', 1, 0, place(1)), ('base', 'imu', 1, SECOND, place(1)),
+                           ('base', 'arm', time.time_ns() // SECOND, 0, place(1))]))
+    until(lambda: robot_of(listener, 'robot7').transforms == 2)
+    assert robot_of(listener, 'robot7').refused == 3
+    assert buffer.statistics().incidents[Kind.IMPOSSIBLE_STAMP] == 2
+    assert {edge.child for edge in buffer.edges()} == {'robot7/base', 'robot7/arm'}
 
 
 def test_frames_that_are_below_their_robot_already_stay(listen, robot):

@@ -238,13 +238,15 @@ def test_what_is_of_no_use_is_told_and_no_more(context, robot, log):
     unfilled = Odometry(child_frame_id='base_link')
     unfilled.header.stamp = time_message(robot.stamp)
     unfilled.pose.pose.orientation.w = 0.0
+    impossible = Odometry(child_frame_id='base_link')
+    impossible.header.stamp.nanosec = 10**9
     with switching(context, robot):
         robot.say('wheel', robot.stamp, frame='map')
         until(lambda: "'map' -> 'base_link', not 'odom' -> 'base_link'" in log())
         robot.say('wheel', robot.stamp + 60 * SECOND)
         until(lambda: 'too far in the future' in log())
         # The first complaint was just logged, so these are neither logged nor published.
-        for message in (Odometry(child_frame_id='base_link'), unfilled):
+        for message in (Odometry(child_frame_id='base_link'), unfilled, impossible):
             message.header.frame_id = 'odom'
             robot.said['wheel'].publish(message)
         robot.drive('wheel', until_it_is=robot.is_heard(2))

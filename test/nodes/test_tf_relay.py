@@ -153,12 +153,16 @@ def test_what_no_buffer_would_take_stays_here_and_the_log_says_why(
     with relayed(context):
         robot.send(b'\0\1\0\0\xff\xff\xff\xff')
         robot.move(transform('', 'odom'), transform('base', 'base'))
+        impossible = transform('odom', 'imu')
+        impossible.header.stamp.nanosec = 2**32 - 1
+        robot.move(impossible)
         robot.move(transform('odom', 'bent', x=math.nan), transform('odom', 'base'))
         until(lambda: recorded['/tf'])
     assert [[sample.child for sample in message] for message in recorded['/tf']] == [
         ['robot1/base']]
     told = capfd.readouterr().err
-    for reason in ('malformed message', 'empty frame name', 'frame is its own parent', 'NaN'):
+    for reason in ('malformed message', 'empty frame name', 'frame is its own parent', 'NaN',
+                   'nanosec is 4294967295'):
         assert reason in told
 
 

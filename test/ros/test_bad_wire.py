@@ -71,6 +71,12 @@ def send_and_settle(talker, buffer, *sent):
     assert found.transform.translation.x == stamp
 
 
+def stamped(child, nanosec):
+    sent = transform('map', child)
+    sent.header.stamp.sec, sent.header.stamp.nanosec = 1_700_000_000, nanosec
+    return sent
+
+
 WRONG = [
     (with_numbers('a', x=NAN), Kind.NOT_FINITE, 'nan'),
     (with_numbers('b', qz=NAN), Kind.NOT_FINITE, 'nan'),
@@ -78,6 +84,8 @@ WRONG = [
     (with_numbers('d', y=INF, z=-INF), Kind.NOT_FINITE, 'inf'),
     (with_numbers('e', qx=-INF), Kind.NOT_FINITE, 'inf'),
     (with_numbers('f', qw=0.0), Kind.ZERO_ROTATION, 'left unset'),
+    (stamped('k', 10**9), Kind.IMPOSSIBLE_STAMP, 'nanosec is 1000000000'),
+    (stamped('l', 2**32 - 1), Kind.IMPOSSIBLE_STAMP, 'nanosec is 4294967295'),
     (transform('', 'g'), Kind.EMPTY_FRAME, 'header.frame_id'),
     (transform('/', 'h'), Kind.EMPTY_FRAME, 'header.frame_id'),
     (transform('map', ''), Kind.EMPTY_FRAME, 'child_frame_id'),
@@ -177,10 +185,21 @@ def test_any_stamp_that_a_message_can_carry_is_taken(buffer, talker):
     stamps = [-2**31, -1, 0, 1, 2**31 - 1]
     sent = [transform('map', f'at {stamp}') for stamp in stamps]
     for each, stamp in zip(sent, stamps, strict=True):
-        each.header.stamp.sec, each.header.stamp.nanosec = stamp, 4_294_967_295
+        each.header.stamp.sec, each.header.stamp.nanosec = stamp, 999_999_999
     send_and_settle(talker, buffer, message(*sent))
     assert buffer.statistics().refused == 0
     assert all(buffer.can_transform('map', each.child_frame_id, LATEST) for each in sent)
+
+
+def test_message_without_any_possible_stamp_is_refused_and_a_static_one_is_taken(
+        buffer, talker, log):
+    talker.fix(stamped('camera', 2**32 - 1), into=buffer)
+    send_and_settle(talker, buffer, message(stamped('imu', 10**9)),
+                    message(*[stamped(f'imu_{number}' + 100 * 'x', 10**9)
+                              for number in range(1000)]))
+    until(lambda: incidents(buffer) == {Kind.IMPOSSIBLE_STAMP: 1001})
+    assert set(buffer.frames()) == {'map', 'camera', 'marker'}
+    until(lambda: "'map' -> 'imu' from '/talking' (impossible stamp)" in log())
 
 
 @pytest.mark.parametrize(('topic', 'known', 'words'), [
@@ -247,3 +266,12 @@ def test_set_transform_returns_whether_it_was_taken(log):
     until(lambda: 'change of kind' in log())
     assert "from 'me'" in log()
     assert [edge.authority for edge in buffer.edges()] == ['me', 'default_authority']
+
+
+def test_transform_with_an_impossible_stamp_is_taken_by_hand_only_as_a_static_one(log):
+    buffer = Buffer()
+    assert buffer.set_transform(stamped('imu', 10**9), 'me') is False
+    assert incidents(buffer) == {Kind.IMPOSSIBLE_STAMP: 1}
+    until(lambda: "'map' -> 'imu' from 'me' (impossible stamp)" in log())
+    assert buffer.set_transform_static(stamped('imu', 10**9), 'me') is True
+    assert buffer.set_transform(stamped('wheel', 10**9 - 1), 'me') is True

@@ -144,7 +144,8 @@ class Inbox(Generic[Item]):
 
 # --- decoding
 
-# Bytes that the layouts of one robot's messages may take, and those of all robots together.
+# Bytes that the layouts of one robot's moving messages may take, and those of its static ones; and
+# those of all robots together.
 _LAYOUTS_OF_ONE, _LAYOUTS_OF_ALL = 2_000_000, 64_000_000
 _NOTHING = Batch((), (), ())
 
@@ -191,7 +192,7 @@ class TransformDecoder:
         self._roster = roster
         self._logs = logs
         # In the order of their last use.
-        self._readers: OrderedDict[str, WireReader] = OrderedDict()
+        self._readers: OrderedDict[tuple[str, bool], WireReader] = OrderedDict()
         self._remembered = 0
 
     def decode_all(self, inbox: Inbox[FleetMessage]) -> None:
@@ -209,7 +210,7 @@ class TransformDecoder:
     def decode(self, robot: str, message: FleetMessage) -> None:
         """Decode a message of a robot, and insert its transforms."""
         place = self._place_of(robot)
-        batch = self._read(robot, place.rename, message.data)
+        batch = self._read(robot, place.rename, message)
         if isinstance(batch, Incident):
             place.buffer.intake.refuse(batch)
             self._logs.incidents.report([batch])
@@ -218,18 +219,21 @@ class TransformDecoder:
         incidents, refused = self._insert(robot, place, batch, message)
         if incidents:
             self._logs.incidents.report(incidents)
-        self._roster.take(robot, max(0, len(batch.stamps) - refused), refused,
+        count = len(batch.stamps) + len(batch.impossible)
+        self._roster.take(robot, max(0, count - refused), refused,
                           None if message.static else max(batch.stamps, default=None),
                           not message.received)
 
-    def _read(self, robot: str, rename: Rename, data: bytes) -> Batch | Incident:
+    def _read(self, robot: str, rename: Rename, message: FleetMessage) -> Batch | Incident:
         """Return the transforms of a message; the layouts of recent senders are remembered."""
-        reader = self._readers.get(robot)
+        key = robot, message.static
+        reader = self._readers.get(key)
         if reader is None:
-            reader = self._readers[robot] = WireReader(rename, most=_LAYOUTS_OF_ONE)
-        self._readers.move_to_end(robot)
+            reader = self._readers[key] = WireReader(
+                rename, most=_LAYOUTS_OF_ONE, static=message.static)
+        self._readers.move_to_end(key)
         before = reader.remembered
-        batch = reader.read_or_refuse(data, robot)
+        batch = reader.read_or_refuse(message.data, robot)
         self._remembered += reader.remembered - before
         while self._remembered > _LAYOUTS_OF_ALL:
             self._remembered -= self._readers.popitem(last=False)[1].remembered
@@ -249,7 +253,8 @@ class TransformDecoder:
         for incident in incidents:
             buffer.intake.refuse(incident)
         more = buffer.insert_batch(
-            fitting, robot, message.static, announced=True) if fitting.edges else []
+            fitting, robot, message.static,
+            announced=True) if fitting.edges or fitting.impossible else []
         return incidents + more, (len(batch.edges) - len(fitting.edges)
                                   + sum(incident.refused for incident in more))
 

@@ -56,8 +56,7 @@ def without_others(batch: Batch, shared: frozenset[str], robot: str
     own = [place for place, (_, child) in enumerate(batch.edges) if child not in shared]
     refused = [_refused(*edge, stamp, robot) for edge, stamp
                in zip(batch.edges, batch.stamps, strict=True) if edge[1] in shared]
-    return Batch([batch.edges[place] for place in own], [batch.stamps[place] for place in own],
-                 [batch.poses[place] for place in own], batch.slashed), refused
+    return batch.part(own), refused
 
 
 def _refused(parent: str, child: str, stamp: int, robot: str) -> Incident:
@@ -182,9 +181,7 @@ class FrameQuota:
         kept = [place for place, edge in enumerate(batch.edges) if self._admits(edge, shared)]
         if len(kept) == len(batch.edges):
             return batch
-        return Batch([batch.edges[place] for place in kept],
-                     [batch.stamps[place] for place in kept],
-                     [batch.poses[place] for place in kept], batch.slashed)
+        return batch.part(kept)
 
     def _admits(self, edge: tuple[str, str], shared: Collection[str]) -> bool:
         new = {frame for frame in edge if frame not in self._frames and frame not in shared}

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.sample import checked, Sample
+from tf_tree_py.core.messages.sample import checked, impossible_stamp, Sample
 from tf_tree_py.core.stamp import from_seconds, LATEST
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
 
@@ -77,20 +77,20 @@ def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
     edge.
 
     :raises InvalidArgumentException: the message is of another edge, has no stamp, or has an
-        invalid pose.
+        invalid stamp or pose.
     """
     if isinstance(message, TFMessage):
         for transform in message.transforms:
             sample = as_sample(transform)
             if (sample.parent, sample.child) == (parent, child):
-                yield _sound(sample)
+                yield _sound(sample, transform)
         return
     sample = as_sample(message) if isinstance(message, TransformStamped) else _of_pose(message)
     if (sample.parent, sample.child or child) != (parent, child):
         raise InvalidArgumentException(
             f'its edge is {sample.parent!r} -> {sample.child or child!r}, not {parent!r} -> '
             f'{child!r}')
-    yield _sound(sample._replace(child=child))
+    yield _sound(sample._replace(child=child), message)
 
 
 def _of_pose(message: Any) -> Sample:
@@ -101,10 +101,11 @@ def _of_pose(message: Any) -> Sample:
                   as_nanoseconds(message.header.stamp), (p.x, p.y, p.z, q.x, q.y, q.z, q.w))
 
 
-def _sound(sample: Sample) -> Sample:
+def _sound(sample: Sample, message: Any) -> Sample:
     if sample.stamp == LATEST:
         raise InvalidArgumentException('it has no stamp, so its time is unknown')
-    found = checked(sample, '')
+    impossible = impossible_stamp(message)
+    found = checked(sample, '') if impossible is None else impossible.incident('')
     if isinstance(found, Incident):
         raise InvalidArgumentException(f'{found.kind.value}: {found.detail}')
     return found

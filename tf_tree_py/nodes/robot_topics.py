@@ -60,7 +60,8 @@ class RobotTopics:
         return Receiver(self._home, moving.close, write_counts=self._log.write_counts)
 
     def _subscribe(self, topic: str, qos: QoSProfile, static: bool, take: Take) -> None:
-        reader, authority = WireReader(self._names), PublisherNames(self._home, topic)
+        reader = WireReader(self._names, static=static)
+        authority = PublisherNames(self._home, topic)
 
         def receive(data: bytes) -> None:
             publisher = authority.name()
@@ -81,7 +82,8 @@ def fit_samples(batch: Batch, publisher: str,
                 ) -> list[Sample]:
     """Return the samples that a buffer would take, and report why it would refuse the others."""
     judged = [_fit(sample, publisher) for sample in batch.samples()]
-    report([each for each in judged if isinstance(each, Incident)])
+    report([*(stamp.incident(publisher) for stamp in batch.impossible),
+            *(each for each in judged if isinstance(each, Incident))])
     return [each for each in judged if isinstance(each, Sample)]
 
 

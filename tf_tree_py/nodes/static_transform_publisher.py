@@ -24,15 +24,8 @@ from tf_tree_py.ros.topics.qos import static_covariance_qos
 from .bad_input import BadInput
 from .parameters import declare
 from .running import run, spin
-from .static_transforms import (
-    ANGLES,
-    FRAMES,
-    from_words,
-    from_yaml,
-    QUATERNION,
-    StaticTransform,
-    TRANSLATION,
-)
+from .static_transforms import from_words, from_yaml, StaticTransform
+from .static_words import ANGLES, FRAMES, QUATERNION, TRANSLATION
 
 NAME = 'static_transform_publisher'
 

@@ -56,7 +56,8 @@ class Decoder:
         reader = self._readers.get(source)
         if reader is None:
             reader = self._readers[source] = WireReader(
-                self._rename_of(source), find_ros1_layout if source.ros1 else find_layout)
+                self._rename_of(source), find_ros1_layout if source.ros1 else find_layout,
+                static=source.static)
         return reader
 
 
@@ -132,11 +133,13 @@ class MessageWindow(NamedTuple):
     """
     Consecutive messages, decoded.
 
+    :ivar received: (n,) when each message was received, nanoseconds.
     :ivar edges: the samples of every edge.
     :ivar others: numbers of the messages that are not in ``edges``, sorted: static ones, and those
         that cannot be read together with others.
     """
 
+    received: Stamps
     edges: dict[Edge, Samples]
     others: list[int]
 
@@ -155,7 +158,8 @@ def decode(arrivals: Sequence[RecordedMessage], decoder: Decoder) -> MessageWind
     for numbers in alike.values():
         reader = decoder.reader_of(arrivals[numbers[0]].source)
         others += _add_alike(arrivals, numbers, reader, parts)
-    return MessageWindow({edge: _joined(samples) for edge, samples in parts.items()},
+    received = np.array([arrival.received for arrival in arrivals], np.int64)
+    return MessageWindow(received, {edge: _joined(samples) for edge, samples in parts.items()},
                          sorted(others))
 
 
@@ -172,7 +176,7 @@ def _add_alike(arrivals: Sequence[RecordedMessage], numbers: list[int], reader: 
         for edge, *columns in zip(layout.edges, stamps, poses, strict=True):
             parts[edge].append(Samples(left[fits], *columns))
         left = left[~fits]
-        if not len(left):
+        if not len(left) or not fits.any():
             break
     return [int(number) for number in left]
 

@@ -21,7 +21,14 @@ from tf_tree_py.core.geometry.poses import checked_pose, PoseLike
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
-from tf_tree_py.core.messages.sample import admitted, checked, message_stamp, Sample
+from tf_tree_py.core.messages.sample import (
+    admitted,
+    checked,
+    impossible_stamp,
+    ImpossibleStamp,
+    message_stamp,
+    Sample,
+)
 from tf_tree_py.core.times import Stamp
 
 from .covariance_history import set_covariance
@@ -64,10 +71,10 @@ class EdgeEstimate(NamedTuple):
                             carried(np.eye(3), lever, self.covariance))
 
 
-def estimate_in(message: Any) -> EdgeEstimate:
+def estimate_in(message: Any) -> EdgeEstimate | ImpossibleStamp:
     """Return the estimate in an Odometry or a PoseWithCovarianceStamped, of rclpy or rosbags."""
     t, q = message.pose.pose.position, message.pose.pose.orientation
-    return EdgeEstimate(
+    return impossible_stamp(message) or EdgeEstimate(
         message.header.frame_id, getattr(message, 'child_frame_id', ''),
         message_stamp(message), (t.x, t.y, t.z, q.x, q.y, q.z, q.w),
         message.pose.covariance)
@@ -125,13 +132,16 @@ class Covariances:
                              "contains: pass child=..., such as 'base_link' for amcl_pose")
         return names_its_child
 
-    def judged(self, received: EdgeEstimate, authority: str) -> EdgeEstimate | Incident:
+    def judged(self, received: EdgeEstimate | ImpossibleStamp,
+               authority: str) -> EdgeEstimate | Incident:
         """
         Return the checked estimate of a message, or an incident if it cannot be used.
 
-        :param received: the estimate as the message contains it.
+        :param received: the estimate as the message contains it, or its impossible stamp.
         :param authority: the sender.
         """
+        if isinstance(received, ImpossibleStamp):
+            return received._replace(child=self.child or received.child).incident(authority)
         sample = checked(Sample(
             received.parent.removeprefix('/'),
             (self.child or received.child).removeprefix('/'),

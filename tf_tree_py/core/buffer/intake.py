@@ -89,6 +89,11 @@ class Intake:
     def take_batch(self, batch: Batch, authority: str, static: bool,
                    announced: bool = False) -> list[Incident]:
         """Insert a whole message; ``announced``: observers were already notified of it."""
+        if batch.impossible:
+            refused = [stamp.incident(authority) for stamp in batch.impossible]
+            self.refuse(*refused)
+            return refused + self.take_batch(
+                batch._replace(impossible=()), authority, static, announced)
         if not announced:
             self._announce_batch(batch, authority, static)
         poses = None
@@ -135,10 +140,10 @@ class Intake:
         """Return whether a stamp is so far ahead of the clock that it is refused."""
         return self._guard.is_too_far(stamp)
 
-    def refuse(self, incident: Incident) -> None:
-        """Count an incident that occurred before there was a sample to insert."""
+    def refuse(self, *incidents: Incident) -> None:
+        """Count incidents that occurred before there was a sample to insert."""
         with self.lock:
-            self.count(0, [incident])
+            self.count(0, list(incidents))
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""

@@ -27,6 +27,7 @@ class Kind(Enum):
     SELF_EDGE = 'frame is its own parent'
     NOT_FINITE = 'NaN or infinity'
     ZERO_ROTATION = 'all-zero quaternion'
+    IMPOSSIBLE_STAMP = 'impossible stamp'
     OLD_DATA = 'older than the buffer keeps'
     FAR_FUTURE = 'too far in the future'
     LOOP = 'would close a loop'

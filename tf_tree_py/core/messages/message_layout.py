@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
-from .sample import Batch
+from .sample import Batch, ImpossibleStamp
 from ..edges.packed import pack_pose, POSE_BYTES, POSE_FLOATS
 from ..geometry.so3 import Array
 from ..stamp import NANOSECONDS_PER_SECOND
@@ -75,10 +75,10 @@ class MessageBlock:
 
     def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
         """
-        Return which messages contain the names, and the samples of these messages.
+        Return which messages contain the names and possible stamps, and their samples.
 
         :param messages: n messages, all of the same size.
-        :return: (n,) booleans, and for the k wanted transforms in the m messages with the names
+        :return: (n,) booleans, and for the k wanted transforms in the m messages of these
             the stamps (k, m) and the poses (k, m, 7), not checked yet.
         """
         count = len(messages)
@@ -91,6 +91,7 @@ class MessageBlock:
             rows = np.frombuffer(b''.join(messages[some]), dtype=self._type)
             fits[some] = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
             pairs = rows['bytes'].take(self._stamps, axis=1).view(self._stamp).T
+            fits[some] &= (pairs['nanosec'] < NANOSECONDS_PER_SECOND).all(axis=0)
             np.multiply(pairs['sec'], NANOSECONDS_PER_SECOND, out=stamps[:, some], dtype=np.int64)
             stamps[:, some] += pairs['nanosec']
             for number in range(self._count):
@@ -183,24 +184,47 @@ class MessageLayout:
                                        self._wanted, self._order, self._stamp)
         return self._block
 
-    def read(self, data: bytes) -> Batch | None:
-        """Return the transforms, or None if the message has other names."""
+    def read(self, data: bytes, static: bool = False) -> Batch | None:
+        """
+        Return the transforms, or None if the message has other names.
+
+        :param static: keep all, because the stamps mean nothing.
+        """
         if not self.fits(data):
             return None
         values = self._unpack_numbers(data)
         poses: Sequence[bytes] = values[2::3]
         if self._order != NATIVE:
             poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
-        return Batch(self.edges, _stamps(values[::3], values[1::3]), poses, self._slashed)
+        secs, nanosecs = values[::3], values[1::3]
+        stamps, worst = _stamps(secs, nanosecs)
+        batch = Batch(self.edges, stamps, poses, self._slashed)
+        if worst < NANOSECONDS_PER_SECOND or static:
+            return batch
+        return _without_impossible(batch, secs, nanosecs)
 
 
-def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> list[int]:
-    """Return stamps in nanoseconds; faster if all are equal, as is usual in one message."""
+def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> tuple[list[int], int]:
+    """
+    Return stamps in nanoseconds, and the largest ``nanosec``.
+
+    It is faster if all are equal, as is usual in one message.
+    """
     count = len(secs)
-    if count > 1 and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
-        return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count
-    return [sec * NANOSECONDS_PER_SECOND + nanosec
-            for sec, nanosec in zip(secs, nanosecs, strict=True)]
+    if count == 1 or count and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
+        return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count, nanosecs[0]
+    return ([sec * NANOSECONDS_PER_SECOND + nanosec
+             for sec, nanosec in zip(secs, nanosecs, strict=True)], max(nanosecs, default=0))
+
+
+def _without_impossible(batch: Batch, secs: Sequence[int], nanosecs: Sequence[int]) -> Batch:
+    """Return a batch without the transforms whose stamps are impossible."""
+    possible = [place for place, nanosec in enumerate(nanosecs)
+                if nanosec < NANOSECONDS_PER_SECOND]
+    return batch.part(possible)._replace(impossible=[
+        ImpossibleStamp(*edge, sec, nanosec)
+        for edge, sec, nanosec in zip(batch.edges, secs, nanosecs, strict=True)
+        if nanosec >= NANOSECONDS_PER_SECOND])
 
 
 def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack:

@@ -26,7 +26,7 @@ class ReceivedMessage(NamedTuple):
     """
     Transforms that arrive, before any check: a message, or one that a program inserts.
 
-    :ivar batch: its transforms.
+    :ivar batch: its transforms, except those with an impossible stamp, which are incidents only.
     :ivar received: its time of arrival, nanoseconds, by the clock of its stamps; 0: that
         clock had not started, or the message was stored elsewhere before it was delivered.
     :ivar topic: the topic that it arrived on; '' if a program inserted it directly.
@@ -154,6 +154,8 @@ class Observers:
 
     def notify_received(self, arrival: ReceivedMessage) -> None:
         """Notify of transforms that are about to be inserted or refused."""
+        if arrival.batch.impossible:
+            arrival = arrival._replace(batch=arrival.batch._replace(impossible=()))
         for observer in self.of_messages:
             observer.received(arrival)
 

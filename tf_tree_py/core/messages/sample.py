@@ -55,6 +55,27 @@ class Sample(NamedTuple):
     pose: PoseTuple
 
 
+class ImpossibleStamp(NamedTuple):
+    """
+    The stamp of a moving transform whose nanoseconds are a second or more.
+
+    The number is wrong, so the time that was meant is unknown.
+    """
+
+    parent: str
+    child: str
+    sec: int
+    nanosec: int
+
+    def incident(self, authority: str) -> Incident:
+        """Return the incident of the transform, which is refused."""
+        parent, child, sec, nanosec = self
+        return Incident(
+            Kind.IMPOSSIBLE_STAMP, parent, child, sec * NANOSECONDS_PER_SECOND, authority,
+            f'header.stamp.nanosec is {nanosec} (sec is {sec}), and must be below a second, '
+            f'{NANOSECONDS_PER_SECOND}: the node that stamps it computes it wrongly')
+
+
 class Batch(NamedTuple):
     """
     The transforms of one message, packed; its numbers are not checked yet.
@@ -65,12 +86,21 @@ class Batch(NamedTuple):
     :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
         byte order, as ``edges.packed.pack_pose`` returns them.
     :ivar slashed: the names that arrived with a leading slash, including the slash.
+    :ivar impossible: the stamps of the moving transforms that are left out, because they have
+        no time.
     """
 
     edges: Sequence[tuple[str, str]]
     stamps: Sequence[int]
     poses: Sequence[bytes]
     slashed: Sequence[str] = ()
+    impossible: Sequence[ImpossibleStamp] = ()
+
+    def part(self, places: Sequence[int]) -> 'Batch':
+        """Return some of the transforms."""
+        return self._replace(edges=[self.edges[place] for place in places],
+                             stamps=[self.stamps[place] for place in places],
+                             poses=[self.poses[place] for place in places])
 
     def samples(self) -> list[Sample]:
         """Return the transforms one by one."""
@@ -82,6 +112,8 @@ class Batch(NamedTuple):
         for begin in range(0, len(self.edges), most):
             some = slice(begin, begin + most)
             yield Batch(self.edges[some], self.stamps[some], self.poses[some])
+        if self.impossible:
+            yield Batch((), (), (), impossible=self.impossible)
 
 
 def admitted(sample: Sample) -> Sample:
@@ -122,6 +154,21 @@ def message_stamp(message: Any) -> int:
     """
     time = message.header.stamp
     return int(time.sec) * NANOSECONDS_PER_SECOND + int(time.nanosec)
+
+
+def impossible_stamp(message: Any) -> ImpossibleStamp | None:
+    """
+    Return the stamp in the header of a message if it is impossible, otherwise None.
+
+    :param message: as for ``message_stamp``; if it names no child frame, '' stands for it.
+    """
+    time = message.header.stamp
+    # tf2 accepts a Time of rclpy in a header, too.
+    if getattr(time, 'nanosec', 0) < NANOSECONDS_PER_SECOND:
+        return None
+    return ImpossibleStamp(message.header.frame_id.removeprefix('/'),
+                           getattr(message, 'child_frame_id', '').removeprefix('/'),
+                           int(time.sec), int(time.nanosec))
 
 
 def as_sec_nanosec(stamp: int) -> tuple[int, int]:

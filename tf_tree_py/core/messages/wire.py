@@ -57,7 +57,7 @@ class WireReader:
     """
 
     def __init__(self, rename: Rename = as_published, find: FindLayout = find_layout,
-                 most: int = DEFAULT_REMEMBERED) -> None:
+                 most: int = DEFAULT_REMEMBERED, static: bool = False) -> None:
         """
         Start with no layouts.
 
@@ -67,10 +67,13 @@ class WireReader:
         :param find: reads a message field by field: ``find_layout`` for ROS 2,
             ``find_ros1_layout`` for ROS 1.
         :param most: maximum bytes of its layouts; when they exceed it, all are forgotten.
+        :param static: whether the transforms are valid at all times. Their stamps mean nothing,
+            so no stamp is impossible.
         """
         self._rename = rename
         self._find = find
         self._most = most
+        self._static = static
         self._layouts: dict[Key, list[MessageLayout]] = {}
         self.remembered = 0
 
@@ -85,7 +88,7 @@ class WireReader:
     def read_known(self, data: bytes) -> Batch | None:
         """Return the transforms of a message if its layout is known, otherwise None."""
         for layout in self._layouts.get(key_of(data), ()):
-            batch = layout.read(data)
+            batch = layout.read(data, self._static)
             if batch is not None:
                 return batch
         return None
@@ -102,7 +105,7 @@ class WireReader:
 
     def _read_new(self, layout: MessageLayout, data: bytes) -> Batch:
         self._remember(layout)
-        batch = layout.read(data)
+        batch = layout.read(data, self._static)
         assert batch is not None
         return batch
 

@@ -30,6 +30,7 @@ from tf_tree_py.core.buffer.plain_buffer import (
 )
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Asked, asked, halves
+from tf_tree_py.core.messages.sample import ImpossibleStamp
 from tf_tree_py.core.stamp import LATEST, UNLIMITED
 from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.limited_log import LimitedLog
@@ -38,7 +39,13 @@ from tf_tree_py.reports.audit import LookupAudit
 from .attached_listeners import AttachedListeners
 from .interface import BufferInterface, check_places, NO_TIME
 from .tf2_methods import CoreApi
-from ..messages.convert import as_nanoseconds, as_sample, as_stamp, transform_stamped
+from ..messages.convert import (
+    as_moving_sample,
+    as_nanoseconds,
+    as_sample,
+    as_stamp,
+    transform_stamped,
+)
 from ..messages.pose_covariances import (
     composed_with,
     pose_with_covariance_stamped,
@@ -131,7 +138,11 @@ class Buffer(CoreApi, BufferInterface):
 
         :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
         """
-        return self.feeds.note(self.intake.take([as_sample(transform)], authority, False))
+        sample = as_moving_sample(transform)
+        if isinstance(sample, ImpossibleStamp):
+            self.feeds.refuse(sample.incident(authority))
+            return False
+        return self.feeds.note(self.intake.take([sample], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:

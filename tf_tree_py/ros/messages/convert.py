@@ -22,7 +22,7 @@ from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import has_tf2_sign
 from tf_tree_py.core.messages.message_layout import Rename
-from tf_tree_py.core.messages.sample import as_sec_nanosec, Sample
+from tf_tree_py.core.messages.sample import as_sec_nanosec, ImpossibleStamp, Sample
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 
 from .fast_messages import whole_maker
@@ -109,13 +109,27 @@ def time_message(stamp: int) -> TimeMessage:
 
 def as_sample(message: TransformStamped) -> Sample:
     """Return a ``TransformStamped`` as a sample, with frames without leading slashes."""
+    sample = as_moving_sample(message)
+    if isinstance(sample, Sample):
+        return sample
+    parent, child, sec, nanosec = sample
+    return Sample(parent, child, sec * NANOSECONDS_PER_SECOND + nanosec,
+                  _pose_tuple(message.transform))
+
+
+def as_moving_sample(message: TransformStamped) -> Sample | ImpossibleStamp:
+    """Return the same, or the stamp if it is impossible, which is no fault of a static one."""
     header = message.header
+    time = header.stamp
     try:
-        stamp = header.stamp.sec * NANOSECONDS_PER_SECOND + header.stamp.nanosec
+        sec, nanosec = time.sec, time.nanosec
     except AttributeError:  # it should be a message, but tf2 accepts a Time of rclpy too
-        stamp = as_nanoseconds(header.stamp, Time)
-    return Sample(header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/'),
-                  stamp, _pose_tuple(message.transform))
+        sec, nanosec = divmod(as_nanoseconds(time, Time), NANOSECONDS_PER_SECOND)
+    parent, child = header.frame_id.removeprefix('/'), message.child_frame_id.removeprefix('/')
+    if nanosec >= NANOSECONDS_PER_SECOND:
+        return ImpossibleStamp(parent, child, sec, nanosec)
+    return Sample(parent, child, sec * NANOSECONDS_PER_SECOND + nanosec,
+                  _pose_tuple(message.transform))
 
 
 def as_pose(transform: Transform | TransformStamped) -> Pose:

@@ -211,7 +211,7 @@ class _Feed:
         self._static = static
         self._spinner = spinner
         self._backlog = backlog
-        self._reader = WireReader(names)
+        self._reader = WireReader(names, static=static)
         self._topic = topic
         self._authority = PublisherNames(node, topic)
         self._duplicates = DuplicatePublishers(self._authority, static)
@@ -241,7 +241,7 @@ class _Feed:
             batch = self._reader.read_or_refuse(data, self._authority.name())
         if isinstance(batch, Incident):
             self._refuse(batch)
-        elif batch.edges:
+        elif batch.edges or batch.impossible:
             self._insert(batch, self._announce(batch, is_new))
             for rivalry in self._duplicates.judge(batch, info):
                 self._buffer.feeds.refuse(rivalry)
@@ -255,7 +255,7 @@ class _Feed:
         batch = yield from self._reader.read_in_steps(data, self._authority.name())
         if isinstance(batch, Incident):
             self._refuse(batch)
-        elif batch.edges:
+        elif batch.edges or batch.impossible:
             authority = self._announce(batch, True)
             for part in batch.parts(STEP):
                 yield
