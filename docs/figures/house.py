@@ -45,7 +45,7 @@ LAYERS = {
     'reports': Layer('core beyond', needs='numpy'),
     'health': Layer('core', 'measures checks', needs='numpy'),
     'urdf': Layer('core buffer_core', needs='numpy xacro'),
-    'bag': Layer('core frame_names beyond buffer_core urdf', 'files assembly',
+    'bag': Layer('core frame_names beyond buffer_core health urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
     'calibration': Layer('core beyond buffer_core bag', needs='numpy rosbags scipy'),
     'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),

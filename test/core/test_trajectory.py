@@ -73,6 +73,26 @@ def test_rate_that_is_a_slip_of_the_finger_is_refused():
         stamps_at_rate(buffer, 'map', 'base', 1e9)
 
 
+def test_start_and_stop_leave_out_the_others():
+    buffer = buffer_of(base=[START, START + 10 * SECOND, START + 20 * SECOND])
+    for stamps_of in (lambda **part: stamps_at_rate(buffer, 'map', 'base', 1.0, **part),
+                      lambda **part: stamps_of_slowest(buffer, 'map', 'base', **part)):
+        whole = stamps_of()
+        for start, stop in ((START + 3 * SECOND, None), (None, START + 12 * SECOND),
+                            (START + 10 * SECOND, START + 10 * SECOND), (1, START + 99 * SECOND)):
+            kept = whole[(whole >= (start or whole[0])) & (whole <= (stop or whole[-1]))]
+            assert stamps_of(start=start, stop=stop).tolist() == kept.tolist()
+        with pytest.raises(InvalidArgumentException, match='nothing is left between'):
+            stamps_of(start=START + 21 * SECOND)
+
+
+def test_rate_of_an_edge_that_a_wrong_stamp_made_long_names_the_edge():
+    buffer = buffer_of(base=[1, START, START + SECOND], wheel=[1, START])
+    with pytest.raises(InvalidArgumentException, match='longest edge is map -> base, from 0.0'):
+        stamps_at_rate(buffer, 'map', 'base', 50.0)
+    assert len(stamps_at_rate(buffer, 'map', 'base', 50.0, start=START)) == 51
+
+
 def test_stamps_without_an_answer_are_left_out_or_nan_or_an_error():
     buffer = buffer_of(base=[START, START + SECOND])
     asked = [START - 1, START, START + SECOND, START + SECOND + 1]

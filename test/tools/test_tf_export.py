@@ -192,6 +192,8 @@ def test_odd_bag_is_told_and_has_a_status_of_its_own(tmp_path):
     (['BAG', *FRAMES, '--json'], '-o FILE is missing'),
     (['BAG', *FRAMES, '-o', 'poses.xlsx'],
      '--format is missing: the suffix .xlsx is that of no format'),
+    (['BAG', *FRAMES, '--from', 'now'], "--from: 'now' is not a stamp"),
+    (['BAG', *FRAMES, '--to', '1.5'], 'nothing is left between start and stop'),
     (['BAG', *FRAMES, '--rate', '0'], "'0' is not a number greater than zero")])
 def test_what_cannot_be_exported_is_one_sentence(bag, tmp_path, monkeypatch, capsys, arguments,
                                                  sentence):
@@ -208,6 +210,33 @@ def test_what_cannot_be_exported_is_one_sentence(bag, tmp_path, monkeypatch, cap
         told = str(error)
     assert sentence in told and '\n' not in told.strip()
     assert sorted(os.listdir()) == ['far.txt', 'words.txt']
+
+
+def test_lone_stamp_is_named_where_the_rate_gives_too_many_and_can_be_left_out(bag, tmp_path):
+    stamps = [0 if number == 20 else START + number * SECOND // 50 for number in range(101)]
+    odd = write_ros2(tmp_path / 'run', [
+        Message(START + number * SECOND // 50, '/tf', [('map', 'base', stamp, tuple(Pose()))])
+        for number, stamp in enumerate(stamps)])
+    done = export(odd, 'map', 'base', '--rate', 50)
+    assert (done.returncode, done.stdout) == (2, '')
+    for part in ('85000000101 stamps', "lone stamp 'map' -> 'base'", '1970-01-01T00:00:00',
+                 f'tf_export --from {START} --to {stamps[-1]}'):
+        assert part in done.stderr
+    last = f'{stamps[-1] // SECOND}.{stamps[-1] % SECOND:09d}'
+    part = ('--format', 'csv', '--from', START, '--to', last)
+    for more, count in (('--rate', 50), 101), ((), 100):
+        done = export(odd, 'map', 'base', *more, *part)
+        assert (done.returncode, len(done.stdout.splitlines())) == (1, count + 1)
+        assert "lone stamp 'map' -> 'base'" in done.stderr
+        assert f'tf_export --from {START} --to {stamps[-1]}, or start' in done.stderr
+        assert 'received at 1700000000.400000000 s' in done.stderr
+
+
+def test_stamps_of_a_topic_can_be_left_out_at_both_ends(bag):
+    kept = [stamp for stamp in IMAGES if START + SECOND <= stamp <= START + 2 * SECOND]
+    done = export(bag, *FRAMES, '--at', '/images', '--format', 'csv', '--from', START + SECOND,
+                  '--to', START + 2 * SECOND)
+    assert [int(line.split(',')[0]) for line in done.stdout.splitlines()[1:]] == kept
 
 
 def test_closed_pipe_is_no_fault(bag):

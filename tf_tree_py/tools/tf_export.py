@@ -24,6 +24,9 @@ NAME = 'tf_export'
 VERSION = 1
 """The version of --json; it changes only if a key is removed or gets another meaning."""
 
+# An anomaly ends with what to do.
+_LONGEST_LINE = 1000
+
 _DESCRIPTION = """\
 Writes the poses of the frame SOURCE in the frame TARGET from a bag of ROS 2 or ROS 1,
 without ROS: one line per stamp, with position and quaternion (TARGET_T_SOURCE).
@@ -92,7 +95,7 @@ def _remark(taken: Trajectory, recording: Recording, arguments: Namespace) -> No
         became = 'are left out' if arguments.outside == 'skip' else 'have NaN'
         lines.append(f'{taken.outside} stamps have no transform, and {became}')
     for line in lines:
-        print(f'{NAME}: {shown(line)}', file=sys.stderr)
+        print(f'{NAME}: {shown(line, _LONGEST_LINE)}', file=sys.stderr)
 
 
 def _report(taken: Trajectory, recording: Recording,

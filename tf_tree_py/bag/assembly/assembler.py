@@ -33,6 +33,7 @@ from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.tree import Tree
 
 from .decoding import decode, Decoder, Edge, MessageWindow, Samples
+from .lone_samples import ArrivalOrder, LONE_STAMP
 from ..files.message_source import RecordedMessage
 
 # A longer text would not be read; ``oddities`` has the rest as data.
@@ -182,6 +183,7 @@ class Assembler:
         self.oddities = Anomalies()
         self._decoder = decoder
         self._order = StampOrder(self.oddities)
+        self._arrived = ArrivalOrder()
         # The number of messages to insert one by one before the next search for a group.
         self._stride = 0
 
@@ -195,6 +197,9 @@ class Assembler:
         for window in _windows(arrivals):
             self._take_window(window)
             tell(len(window))
+        for edge, lone in self._arrived.lone().items():
+            self.oddities.note(LONE_STAMP, lone.detail, edge, times=len(lone.stamps),
+                               first=int(lone.stamps.min()), last=int(lone.stamps.max()))
 
     def take_estimate(self, estimate: EdgeEstimate, with_pose: bool, authority: str) -> None:
         """Insert the covariance of an edge from a topic, and its pose if requested."""
@@ -250,7 +255,9 @@ class Assembler:
             some = samples.between(begin, end)
             if not len(some.messages):
                 continue
-            self.take_track(some.as_track(edge), arrivals[some.messages[-1]].source.authority)
+            authority = arrivals[some.messages[-1]].source.authority
+            self._arrived.add_many(edge, window.received[some.messages], some.stamps, authority)
+            self.take_track(some.as_track(edge), authority)
 
     def take_track(self, track: SampleTrack, authority: str) -> None:
         """Insert samples of one moving edge, in order of arrival."""
@@ -270,6 +277,7 @@ class Assembler:
         else:
             for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
                 self._order.note(edge, stamp)
+                self._arrived.add(edge, arrival.received, stamp, source.authority)
         self.oddities.note_incidents(
             self.intake.take_batch(batch, source.authority, source.static))
 

@@ -16,7 +16,7 @@ from tf_tree_py.core.errors import ExtrapolationException, InvalidArgumentExcept
 from tf_tree_py.core.geometry.pose import Poses
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, NANOSECONDS_PER_SECOND
-from tf_tree_py.core.times import Stamps, StampsLike
+from tf_tree_py.core.times import Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.outline import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries
 
@@ -128,45 +128,56 @@ def _twists(tree: Queries, target_frame: str, source_frame: str, stamps: Stamps,
     return twists
 
 
-def stamps_of_slowest(tree: Queries, target_frame: str, source_frame: str) -> Stamps:
+def stamps_of_slowest(tree: Queries, target_frame: str, source_frame: str, *,
+                      start: Stamp | None = None, stop: Stamp | None = None) -> Stamps:
     """
     Return the stamps of the edge with the lowest rate between two frames.
 
     These are the stamps for which all edges between the two have data, sorted, each once.
 
+    :param start: leave out earlier stamps, nanoseconds.
+    :param stop: leave out later stamps.
     :raises InvalidArgumentException: all edges between the two are static.
     :raises TransformException: as in ``lookup``.
     """
-    moving, first, last = _common_span(tree, target_frame, source_frame)
+    moving, first, last = _common_span(tree, target_frame, source_frame, start, stop)
     slowest = min(moving, key=lambda edge: (edge.samples - 1) / max(edge.span, 1))
     with tree._lock:
         knots = tree._tree.histories[slowest.child].track(first, last).knots
     return np.unique(knots[(knots >= first) & (knots <= last)])
 
 
-def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str,
-                   rate_hz: float) -> Stamps:
+def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str, rate_hz: float, *,
+                   start: Stamp | None = None, stop: Stamp | None = None) -> Stamps:
     """
     Return stamps at a constant rate, for which all edges between two frames have data.
 
     :param rate_hz: greater than zero.
+    :param start: leave out earlier stamps, nanoseconds.
+    :param stop: leave out later stamps.
     :raises InvalidArgumentException: all edges between the two are static, or there would be
         more than ``MOST_STAMPS`` stamps.
     :raises TransformException: as in ``lookup``.
     """
-    _, first, last = _common_span(tree, target_frame, source_frame)
+    moving, first, last = _common_span(tree, target_frame, source_frame, start, stop)
     count = int((last - first) * rate_hz / NANOSECONDS_PER_SECOND) + 1
     if count > MOST_STAMPS:
         raise InvalidArgumentException(
             f'{rate_hz:g} Hz from {format_stamp(first)} to {format_stamp(last)} s are {count} '
-            f'stamps, which is more than the limit of {MOST_STAMPS}')
+            f'stamps, which is more than the limit of {MOST_STAMPS}. The longest edge '
+            f'is {_named(max(moving, key=lambda edge: edge.span))}')
     since = np.arange(count) * (NANOSECONDS_PER_SECOND / rate_hz)
     return np.minimum(first + np.rint(since).astype(np.int64), last)
 
 
-def _common_span(tree: Queries, target_frame: str,
-                 source_frame: str) -> tuple[list[EdgeInfo], int, int]:
-    """Return the moving edges between two frames, and the span for which all have data."""
+def _common_span(tree: Queries, target_frame: str, source_frame: str, start: Stamp | None,
+                 stop: Stamp | None) -> tuple[list[EdgeInfo], int, int]:
+    """
+    Return the moving edges between two frames, and the span for which all have data.
+
+    :param start: the span begins no earlier, nanoseconds.
+    :param stop: the span ends no later.
+    """
     moving = [edge for edge in tree.edges_between(target_frame, source_frame) if not edge.static]
     if not moving:
         raise InvalidArgumentException(
@@ -179,4 +190,15 @@ def _common_span(tree: Queries, target_frame: str,
             f'the edges between {target_frame!r} and {source_frame!r} have no time in common: '
             f'{youngest.parent} -> {youngest.child} begins at {format_stamp(first)} s, and '
             f'another ends at {format_stamp(last)} s')
-    return moving, first, last
+    begin = first if start is None else max(first, tree._stamp_of(start))
+    end = last if stop is None else min(last, tree._stamp_of(stop))
+    if end < begin:
+        raise InvalidArgumentException(
+            f'nothing is left between start and stop: the edges between {target_frame!r} and '
+            f'{source_frame!r} have data from {format_stamp(first)} to {format_stamp(last)} s')
+    return moving, begin, end
+
+
+def _named(edge: EdgeInfo) -> str:
+    return (f'{edge.parent} -> {edge.child}, from {format_stamp(edge.oldest)} to '
+            f'{format_stamp(edge.latest)} s')

@@ -106,28 +106,43 @@ class Steps:
         self.size = self.gone + self.turned
 
     @cached_property
-    def aside(self) -> Array:
-        """
-        Return how far each row is from the line between its two neighbours, (7, N - 2).
-
-        The first three rows are metres, the others radians. The motion between the neighbours
-        does not matter, if it is steady.
-        """
-        poses = self._poses.copy()
-        q = poses[3:]
+    def points(self) -> Array:
+        """Return (7, N) positions, metres, and rotations as radians, near each other."""
+        points = self._poses.copy()
+        q = points[3:]
         q *= 2.0 * np.cumprod(np.concatenate([[1.0], np.where(
             np.einsum('ij,ij->j', q[:, 1:], q[:, :-1]) < 0.0, -1.0, 1.0)]))
-        before, after = self.time[:-1].astype(float), self.time[1:].astype(float)
-        # Of two samples with one stamp, the second is usually newer.
-        part = np.where((before > 0.0) & (after > 0.0), before / np.maximum(
-            before + after, 1.0), 0.5)
-        aside: Array = poses[:, 1:-1] - (1.0 - part) * poses[:, :-2] - part * poses[:, 2:]
-        return aside
+        return points
 
     @cached_property
-    def size_of_two(self) -> Array:
-        """Return the size of the step over two rows, which few edges need."""
-        return np.add(*distances(self._poses[:, :-2], self._poses[:, 2:]))
+    def aside(self) -> Array:
+        """
+        Return how far each row is from where one publisher may have it, (7, N - 2).
+
+        The first three rows are metres, the others radians. A publisher may stamp its samples
+        late. So on the line between its two neighbours, a sample is at the point that its stamp
+        implies, or in the middle, if the samples are taken regularly.
+        """
+        poses = self.points
+        line = poses[:, 2:] - poses[:, :-2]
+        aside: Array = poses[:, 1:-1] - poses[:, :-2]
+        length = np.einsum('ij,ij->j', line, line)
+        part = np.einsum('ij,ij->j', aside, line) / np.where(length > 0.0, length, 1.0)
+        before, after = self.time[:-1].astype(float), self.time[1:].astype(float)
+        implied = np.where((before >= 0.0) & (after >= 0.0) & (before + after > 0.0),
+                           before / np.maximum(before + after, 1.0), 0.5)
+        aside -= np.where(np.abs(part - implied) < np.abs(part - 0.5), implied, 0.5) * line
+        return aside
+
+    @property
+    def sizes(self) -> tuple[Array, Array]:
+        """Return the translations, metres, and the rotations, radians."""
+        return self.gone, self.turned
+
+    @cached_property
+    def sizes_of_two(self) -> tuple[Array, Array]:
+        """Return the same of the steps over two rows, which few edges need."""
+        return distances(self._poses[:, :-2], self._poses[:, 2:])
 
 
 def unit_poses(poses: Array) -> Array:

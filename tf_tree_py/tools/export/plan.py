@@ -7,7 +7,7 @@ The content of an export from a bag: two frames, and the stamps.
 The stamps may come from a file that a person or a program has written: CSV, or TUM.
 """
 
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Iterator, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -17,6 +17,7 @@ import warnings
 
 import numpy as np
 from tf_tree_py.bag import BagWarning, open_bag, Recording, stamps_of
+from tf_tree_py.bag.assembly.lone_samples import LONE_STAMP
 from tf_tree_py.beyond.motion.trajectory import (
     Outside,
     stamps_at_rate,
@@ -27,7 +28,7 @@ from tf_tree_py.beyond.motion.trajectory import (
 from tf_tree_py.command.arguments import add_number
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, Stamps
 
 _BETWEEN = re.compile(r'[\s,;]+')
@@ -95,6 +96,8 @@ class Plan(NamedTuple):
     :ivar at_stamps: the stamps, nanoseconds; or None.
     :ivar rate_hz: the rate of the stamps; or None. Without any of the three, the stamps are those
         of the slowest edge between the frames.
+    :ivar start: earlier stamps are left out, nanoseconds; None: none are.
+    :ivar stop: later stamps are left out; None: none are.
     :ivar topics: the topics of the transforms; None: all.
     """
 
@@ -103,6 +106,8 @@ class Plan(NamedTuple):
     at: str | None
     at_stamps: Stamps | None
     rate_hz: float | None
+    start: int | None
+    stop: int | None
     twist: bool
     outside: Outside
     topics: Sequence[str] | None
@@ -128,13 +133,29 @@ class Plan(NamedTuple):
 
     def _stamps(self, recording: Recording) -> Stamps:
         if self.at_stamps is not None:
-            return self.at_stamps
+            return self._between(self.at_stamps)
         if self.at is not None:
-            return stamps_of(recording, self.at)
+            return self._between(stamps_of(recording, self.at))
         frames = self.target_frame, self.source_frame
-        if self.rate_hz is not None:
-            return stamps_at_rate(recording, *frames, self.rate_hz)
-        return stamps_of_slowest(recording, *frames)
+        if self.rate_hz is None:
+            return stamps_of_slowest(recording, *frames, start=self.start, stop=self.stop)
+        try:
+            return stamps_at_rate(recording, *frames, self.rate_hz, start=self.start,
+                                  stop=self.stop)
+        except InvalidArgumentException as error:
+            raise Cannot('; '.join([str(error), *_lone_stamps(recording, *frames)])) from error
+
+    def _between(self, stamps: Stamps) -> Stamps:
+        begin = BEGINNING if self.start is None else self.start
+        end = FOREVER if self.stop is None else self.stop
+        return stamps[(stamps >= begin) & (stamps <= end)]
+
+
+def _lone_stamps(recording: Recording, target: str, source: str) -> list[str]:
+    """Return the anomalies that make the edges between two frames very long."""
+    edges = {(edge.parent, edge.child) for edge in recording.edges_between(target, source)}
+    return [str(oddity) for oddity in recording.oddities
+            if oddity.reason == LONE_STAMP and (oddity.parent, oddity.child) in edges]
 
 
 def add_frames(parser: Any) -> None:
@@ -152,6 +173,9 @@ def add_plan(parser: Any) -> None:
     stamps.add_argument('--at-file', metavar='CSV', type=Path, help='the stamps in the first '
                         'column of a file: integer nanoseconds, or seconds with a decimal point')
     add_number(stamps, '--rate', None, 'how many stamps per second')
+    for name, text in (('--from', 'earlier'), ('--to', 'later')):
+        parser.add_argument(name, metavar='STAMP', type=_one_stamp, help=f'leave out {text} '
+                            'stamps: integer nanoseconds, or seconds with a decimal point')
     parser.add_argument('--outside', choices=['skip', 'nan', 'fail'], default='skip',
                         help='how to treat stamps without a transform: leave them out '
                         '(default), write NaN, or fail')
@@ -168,5 +192,15 @@ def planned(arguments: Namespace) -> Plan:
     :raises Cannot: there are no stamps in the file.
     """
     at_stamps = None if arguments.at_file is None else stamps_in(arguments.at_file)
+    # "from" is a keyword.
     return Plan(arguments.target, arguments.source, arguments.at, at_stamps, arguments.rate,
-                arguments.twist, arguments.outside, arguments.topics)
+                getattr(arguments, 'from'), arguments.to, arguments.twist, arguments.outside,
+                arguments.topics)
+
+
+def _one_stamp(text: str) -> int:
+    try:
+        return _stamp(text)
+    except (ValueError, ArithmeticError, InvalidArgumentException):
+        raise ArgumentTypeError(f'{text!r} is not a stamp: give integer nanoseconds, or seconds '
+                                'with a decimal point') from None
