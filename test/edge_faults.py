@@ -26,6 +26,18 @@ def beside(robot, parent, child, times, *, static=False, x=0.0):
         static)
 
 
+def merge(edge, stamps, poses, delay=0.004):
+    """Add samples of another publisher to an edge."""
+    _merge(edge, stamps, stamps + delay, poses)
+
+
+def _merge(edge, stamps, received, poses):
+    received = np.concatenate([edge.received, received])
+    order = np.argsort(received, kind='stable')
+    edge.stamps = np.concatenate([edge.stamps, stamps])[order]
+    edge.poses, edge.received = np.concatenate([edge.poses, poses])[order], received[order]
+
+
 def restamp(edge, stamps):
     """Change the stamps, except those that are zero."""
     edge.stamps = np.where(edge.stamps > NEVER, stamps, edge.stamps)
@@ -76,12 +88,7 @@ def two_publishers(robot, edge):
     """Add another publisher, 4 ms later and 0.2 m beside the first."""
     other = edge.poses.copy()
     other[:, 0] += 0.2
-    for name, more in (('stamps', edge.stamps + 0.004), ('received', edge.received + 0.004)):
-        setattr(edge, name, np.concatenate([getattr(edge, name), more]))
-    edge.poses = np.concatenate([edge.poses, other])
-    order = np.argsort(edge.received, kind='stable')
-    edge.stamps, edge.received, edge.poses = (
-        column[order] for column in (edge.stamps, edge.received, edge.poses))
+    _merge(edge, edge.stamps + 0.004, edge.received + 0.004, other)
 
 
 def kind_flips(robot, edge):
@@ -111,6 +118,11 @@ def static_changed(robot, edge):
 
 def static_late(robot, edge):
     beside(robot, edge.parent, edge.child, [0.8 * middle(robot)], static=True)
+
+
+def moved_once(robot, edge):
+    edge.poses[:] = edge.poses[-1]
+    edge.poses[edge.received > middle(robot), 0] += 0.03
 
 
 def interpolated_jump(robot, edge):
@@ -153,6 +165,10 @@ def out_of_order(robot, edge):
     restamp(edge, edge.stamps - 2.5 * np.median(np.diff(edge.stamps)) * late)
 
 
+def lone_stamp(robot, edge):
+    edge.stamps[min(100, len(edge.stamps) // 3)] -= 3600.0
+
+
 def gap(robot, edge):
     keep(edge, (edge.received < 0.4 * middle(robot)) | (edge.received > 0.75 * middle(robot)))
 
@@ -180,9 +196,10 @@ def too_fast(robot, edge):
 WARNINGS = {
     'delayed': delayed, 'static_republished': static_republished,
     'static_changed': static_changed, 'static_late': static_late,
-    'interpolated_jump': interpolated_jump, 'not_normalised': not_normalised,
-    'clock_offset': shifted(-0.5), 'future_stamps': shifted(0.4), 'post_dated': shifted(0.2),
-    'clock_step': clock_step, 'clock_drift': clock_drift, 'whole_seconds': whole_seconds,
+    'moved_once': moved_once, 'interpolated_jump': interpolated_jump,
+    'not_normalised': not_normalised, 'clock_offset': shifted(-0.5),
+    'future_stamps': shifted(0.4), 'post_dated': shifted(0.2), 'clock_step': clock_step,
+    'clock_drift': clock_drift, 'whole_seconds': whole_seconds, 'lone_stamp': lone_stamp,
     'jump_back': jump_back, 'duplicate_stamps': duplicate_stamps, 'out_of_order': out_of_order,
     'gap': gap, 'irregular_rate': irregular_rate, 'skew': slow, 'pose_jump': pose_jump,
     'outlier': outlier, 'too_fast': too_fast}

@@ -50,6 +50,7 @@ class Robot:
     :ivar tolerance: how far the localiser post-dates, seconds.
     :ivar speed: metres a second.
     :ivar lead: what to add to a time for its stamp, seconds.
+    :ivar authority: the name of all publishers.
     """
 
     seed: int = 0
@@ -64,6 +65,7 @@ class Robot:
     tolerance: float = 0.0
     speed: float = 1.0
     lead: float = 0.0
+    authority: str = ''
     edges: dict[str, Edge] = field(default_factory=dict)
 
     def __post_init__(self):
@@ -118,7 +120,7 @@ class Robot:
             size = len(poses) // max(len(edge.poses), 1)
             messages += [
                 ReceivedMessage(Batch(names, [stamp], [poses[begin:begin + size]]), arrived,
-                                topic, edge.static)
+                                topic, edge.static, self.authority)
                 for stamp, arrived, begin in zip(
                     stamps, received.tolist(), range(0, len(poses), size or 1), strict=True)]
         return sorted(messages, key=attrgetter('received'))

@@ -4,6 +4,7 @@
 """Healthy robots of any clock, rate and jitter give no finding; a single fault is found."""
 
 from effort import examples
+from healthy_robots import HEALTHY_ROBOTS
 from hypothesis import example, given, strategies as st
 import pytest
 from robot_model import FAULTS, Robot
@@ -67,6 +68,12 @@ def healthy(**options):
 @given(options=HEALTHY, pace=PACES)
 def test_healthy_robot_gives_no_finding(options, pace):
     assert worth_reporting(robot_of(options, pace).findings()) == {}
+
+
+@examples(5.0)
+@given(robot=HEALTHY_ROBOTS)
+def test_healthy_robot_with_every_ugliness_gives_no_finding(robot):
+    assert worth_reporting(robot.findings()) == {}
 
 
 @pytest.mark.parametrize('fault', FAULTS)

@@ -53,17 +53,17 @@ def moving(edge):
         return None
     timing, motion = edge.timing, edge.motion
     # Speeds are measured from the block of the first motion on.
-    spreads = [timing.delays, timing.intervals, motion.turns.sizes, motion.turns.spans]
+    spreads = [timing.delays, timing.intervals, timing.waits, motion.turns.sizes]
     return [
         [getattr(timing, name) for name in (
             'count', 'zeros', 'first', 'last', 'duplicates', 'differing', 'disorders', 'jumps',
-            'back', 'longest', 'interval', 'whole_seconds', 'frozen')],
+            'back', 'longest', 'longest_wait', 'interval', 'whole_seconds', 'frozen')],
         [getattr(motion, name) for name in (
             'moved', 'planar', 'tilt', 'travelled', 'off_length', 'worst_length', 'steps')],
-        [asdict(jump) for jump in (motion.fast, motion.slow, motion.outliers)],
+        [asdict(jump) for jump in (motion.fast, motion.slow, motion.outliers, motion.lone)],
         [(spread.count, spread.least, spread.most, spread.at(0.05, 0.5, 0.95))
          for spread in spreads],
-        timing.pairs.kept.tolist(), list(edge.beside)]
+        motion.turns.intervals, timing.pairs.kept.tolist(), list(edge.beside)]
 
 
 def fixed(edge):

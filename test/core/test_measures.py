@@ -49,8 +49,8 @@ def facts(edge):
             'back', 'longest', 'interval', 'whole_seconds', 'frozen')},
         **{name: getattr(motion, name) for name in (
             'moved', 'planar', 'tilt', 'travelled', 'off_length', 'worst_length', 'steps', 'fast',
-            'slow', 'outliers')},
-        'turns': (motion.turns.count, motion.turns.first, motion.turns.last)}
+            'slow', 'outliers', 'lone')},
+        'turns': (motion.turns.all, motion.turns.first, motion.turns.last)}
 
 
 @given(st.lists(st.tuples(st.sampled_from([20, 20, 20, 0, -30, 500, -5000, 3000]),
@@ -82,7 +82,7 @@ def test_length_of_a_quaternion_turns_nothing(turns):
     poses[5], poses[6] = np.sin(angles / 2) * lengths, np.cos(angles / 2) * lengths
     stamps = np.arange(len(turns)) * SECOND
     steps = Steps(Rows(stamps, stamps, poses))
-    for lag, sizes in ((1, steps.turned), (2, steps.size_of_two)):
+    for lag, sizes in ((1, steps.turned), (2, steps.sizes_of_two[1])):
         turned = np.abs(angles[lag:] - angles[:-lag])
         assert sizes == pytest.approx(np.minimum(turned, abs(2 * np.pi - turned)), abs=1e-11)
 

@@ -23,7 +23,7 @@ from tf_tree_py.core.messages.sample import Batch
 
 _LEVELS = ('OK', 'WARN', 'ERROR', 'STALE')
 # These faults are in the ROS graph or in the bytes of a message, so they are sent over DDS.
-_OVER_DDS = ('two_publishers', 'late_joiner', 'qos_mismatch', 'unreadable')
+_OVER_DDS = ('two_publishers', 'late_joiner', 'qos_mismatch', 'unreadable', 'impossible_stamp')
 _TOPICS = ('/tf', '/tf_static')
 
 

@@ -42,7 +42,7 @@ class Recorded(Robot):
     """A robot of a recording."""
 
     def __init__(self, samples):
-        self.rng, self.edges = np.random.default_rng(0), {}
+        self.rng, self.edges, self.authority = np.random.default_rng(0), {}, ''
         received, stamps = ([each[column] for (_, _, static), columns in samples.items()
                              for each in columns if not static] for column in (0, 1))
         self.seconds = (max(received) - min(received)) / SECOND

@@ -8,6 +8,7 @@ import struct
 
 from bags import BEST_EFFORT, JAZZY, LATCHED, Message, SECOND, UNKNOWN, write_ros2
 import numpy as np
+from serialized import serialize
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.reports.switch_status import as_values
@@ -148,6 +149,14 @@ def _numbered(messages, change):
     return changed
 
 
+def _with_impossible_stamps(messages):
+    """Return messages of one edge, of which one in ten has a nanosec that wrapped below zero."""
+    return [message._replace(data=serialize([
+        (parent, child, stamp // SECOND, 2**32 - 1_000_000, pose)
+        for parent, child, stamp, pose in message.transforms])) if number % 10 == 5 else message
+        for number, message in enumerate(messages)]
+
+
 def _bad(parent, child):
     return Message(BEGIN + ns(1.01), '/tf', [(parent, child, BEGIN + ns(1.0), STILL)])
 
@@ -241,6 +250,7 @@ FAULTY = {
     'not_normalised': [*LOCALISER, *_numbered(WHEELS, lambda number, stamp, pose: (
         stamp, (*pose[:3], *(1.1 * value for value in pose[3:])))), *SENSORS],
     'unreadable': [*ROBOT, Message(BEGIN + ns(1.0), '/tf', [], data=b'\0\1\0\0\xff\xff')],
+    'impossible_stamp': [*LOCALISER, *_with_impossible_stamps(WHEELS), *SENSORS],
     'kind_flips': [*ROBOT, *fixed(('odom', 'base_link', at(0.1)), begin=2.0)],
     'static_late': [*LOCALISER, *WHEELS, *fixed(('base_link', 'lidar', at(0.3)), begin=4.0)],
     'zero_stamps': [*LOCALISER, *WHEELS, *SENSORS,
@@ -257,12 +267,16 @@ FAULTY = {
                       *simulated(send(('base_link', 'pan', swing)), 1.0)],
     'clock_step': [*LOCALISER, *WHEELS, *SENSORS, *send(
         ('base_link', 'pan', swing), stamp=lambda t: t + 0.72 * (t > 4.0))],
+    'recorder_clock': [message._replace(received=message.received - ns(
+        2.0 if message.received > BEGIN + ns(4.0) else 0.0)) for message in ROBOT],
     'clock_drift': [*LOCALISER, *WHEELS, *SENSORS, *send(
         ('base_link', 'pan', swing), stamp=lambda t: 0.95 * t)],
     'frozen_stamp': [*WHEELS, *ARM, *SENSORS, *send(
         ('map', 'odom', drift), rate_hz=20.0, stamp=lambda t: min(t, 1.5))],
     'whole_seconds': [*LOCALISER, *WHEELS, *SENSORS,
                       *send(('base_link', 'pan', swing), stamp=math.floor)],
+    'lone_stamp': [*LOCALISER, *_numbered(WHEELS, lambda number, stamp, pose: (
+        stamp - ns(31_536_000.0) if number == 100 else stamp, pose)), *SENSORS],
     'jump_back': _looped(),
     'duplicate_stamps': [*LOCALISER, *SENSORS,
                          *send(('odom', 'base_link', drive), rate_hz=100.0,
@@ -279,6 +293,8 @@ FAULTY = {
              *send(('map', 'odom', drift), rate_hz=0.5, end=16.0)],
     'pose_jump': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', _jumping)),
                   *send(('base_link', 'arm', swing))],
+    'moved_once': [*ROBOT, *send(('base_link', 'imu', lambda t: at(0.1 if t < 4.0 else 0.13)(t)),
+                                 rate_hz=20.0)],
     'outlier': [*LOCALISER, *SENSORS, *_numbered(WHEELS, lambda number, stamp, pose: (
         stamp, STILL if number % 60 == 59 else pose)), *send(('base_link', 'arm', swing))],
     'too_fast': [*LOCALISER, *SENSORS, *send(('odom', 'base_link', lambda t: Pose(x=400.0 * t)))],

@@ -20,6 +20,7 @@ from .checks.finding import Finding
 from .measures.edge_record import Edge, EdgeRecord, is_stale, Parents, Symptoms, symptoms_of
 from .measures.sample_rows import MessageColumn, MessageColumns, RecentSamples
 from .measures.thresholds import Thresholds
+from .ros_graph import NO_GRAPH
 
 # A hostile publisher may invent any number of frames. Beyond these numbers nothing is added.
 _MAX_EDGES = 10_000
@@ -42,6 +43,7 @@ class Doctor(Observer):
     microseconds each. An edge takes some kilobytes, regardless of how long it is watched.
 
     :ivar endpoints: the publishers and subscriptions; set by callers with access to the graph.
+    :ivar graph: what else the ROS graph shows; likewise.
     """
 
     def __init__(self, limits: Thresholds | None = None, *, recorded: bool = False) -> None:
@@ -54,6 +56,7 @@ class Doctor(Observer):
         self.recorded = recorded
         self.limits = limits or Thresholds()
         self.endpoints: Sequence[Endpoint] = ()
+        self.graph = NO_GRAPH
         self._lock = fork_locks.lock()
         self._gathering = MessageColumns()
         self._edges: dict[Edge, EdgeRecord] = {}
@@ -186,7 +189,8 @@ class Doctor(Observer):
 
     def _case(self, now: int) -> Case:
         return Case(self._edges.values(), self._parents, self._troubles, self._slashed,
-                    self.endpoints, self.limits, max(now, self._last), self.recorded)
+                    self.endpoints, self.limits, max(now, self._last), self.recorded,
+                    self.graph)
 
 
 def _causes(findings: Sequence[Finding]) -> list[Finding]:

@@ -88,7 +88,7 @@ def _print(report: dict[str, Any], findings: Sequence[Finding], with_notes: bool
                       if with_notes or finding.severity is not Severity.NOTE]
     for finding in _first_of_each(shown_findings):
         out.print(_heading(finding))
-        out.print(fields({'': finding.summary, 'from': ', '.join(finding.publishers),
+        out.print(fields({'': finding.summary, 'from': finding.senders,
                           'cause': finding.cause, 'fix': finding.fix}))
         alike = [f'({listed(other.frames, longest=60)})' for other in shown_findings
                  if other.code == finding.code and other is not finding and other.frames]

@@ -34,7 +34,7 @@ class Subject:
     :ivar fixed_frame: the frame in which new pages draw; None: the root with the most frames
         below it.
     :ivar name: of the source, for the title of the pages.
-    :ivar missing: the shapes that cannot be shown, one sentence each.
+    :ivar missing: what of the robot is ignored or cannot be shown, one sentence each.
     :ivar incidents: the samples that were refused or odd; None: they are not recorded.
     :ivar resting: the robot that pages show until transforms arrive; None: there is no
         description.

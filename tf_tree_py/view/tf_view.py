@@ -123,7 +123,7 @@ def _sensors(arguments: Namespace, source: TreeSource, subject: Subject) -> Sens
 
 def _subject(arguments: Namespace, source: TreeSource, doctor: Doctor) -> Subject:
     def diagnose() -> Sequence[Finding]:
-        doctor.endpoints = source.endpoints()
+        doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
         return doctor.findings(source.now())
 
     name = source.name if arguments.bag is None else Path(source.name).name or source.name
@@ -174,8 +174,9 @@ def _robot(path: Path) -> Robot:
 
 
 def _show_robot(subject: Subject, robot: Robot, path: Path) -> None:
-    """Let pages show the links of a robot, and print which of them cannot be shown."""
-    subject.shapes, subject.missing = shapes_of(robot, path)
+    """Let pages show the links of a robot, and print what of it is ignored or cannot be shown."""
+    subject.shapes, missing = shapes_of(robot, path)
+    subject.missing = [*robot.warnings, *missing]
     for sentence in subject.missing:
         print(f'{NAME}: {sentence}', file=sys.stderr)
 

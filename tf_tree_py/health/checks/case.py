@@ -18,11 +18,13 @@ from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.stamp import from_seconds, silence_allowed
 
+from ..measures.arrival_clock import arrival_step, ArrivalStep
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents
 from ..measures.spread import median, quantiles
 from ..measures.thresholds import Thresholds
 from ..measures.timebase import Timebase
 from ..measures.timing import ClockStep, Timing
+from ..ros_graph import NO_GRAPH, RosGraph
 
 
 def pieces_of(edges: Iterable[tuple[str, str]]) -> list[list[str]]:
@@ -68,6 +70,8 @@ _AROUND = 20
 _SEVERAL, _DRIFTS, _LEAST_DRIFT = 20, 0.003, from_seconds(0.1)
 # Metres, and radians per second: what is seen by a camera moves more, a joint about its axis less.
 _FREELY = 1e-3
+# Radians per second: a robot that stands seems to turn slower than a wheel, because of noise.
+_TURNING = 0.5
 # Of more edges than this, one more hardly changes the median.
 _MANY = 30
 # A frozen stamp may be this old.
@@ -127,6 +131,11 @@ class Delays(NamedTuple):
         """Return the width of the interval that contains 90 % of the delays."""
         return self.late - self.early
 
+    @property
+    def width(self) -> float:
+        """Return the same, unless a few delays are far from the others: then a smaller width."""
+        return min(self.spread, 2.0 * self.middle)
+
 
 class Drift(NamedTuple):
     """
@@ -163,10 +172,9 @@ def drift_of(received: Array, delays: Array, interval: float) -> Drift | None:
         return None
     slope = median((delays[half:] - delays[:-half]) / np.maximum(
         received[half:] - received[:-half], 1.0))
-    low, high = quantiles(np.sort(delays - slope * received), (0.05, 0.95))
     total = slope * float(np.ptp(received))
     significant = abs(slope) > _DRIFTS and abs(total) > max(
-        _LEAST_DRIFT, 1.5 * interval, 3.0 * (high - low))
+        _LEAST_DRIFT, 1.5 * interval, 3.0 * _delays_of(delays - slope * received).width)
     return Drift(slope, total) if significant else None
 
 
@@ -208,12 +216,13 @@ class Case:
     :ivar endpoints: the publishers and subscriptions.
     :ivar now: the time by the clock of the arrivals, nanoseconds.
     :ivar recorded: whether they are of a recording, to which nothing is added.
+    :ivar graph: what else the ROS graph shows.
     """
 
     def __init__(self, edges: Collection[EdgeRecord], parents: Mapping[str, Parents],
                  troubles: Mapping[tuple[Kind, str, str], Trouble], slashed: Collection[str],
                  endpoints: Sequence[Endpoint], limits: Thresholds, now: int,
-                 recorded: bool = False) -> None:
+                 recorded: bool = False, graph: RosGraph = NO_GRAPH) -> None:
         self.edges = [edge for edge in edges
                       if edge.parent and edge.child and edge.parent != edge.child]
         self.parents = parents
@@ -223,6 +232,7 @@ class Case:
         self.limits = limits
         self.now = now
         self.recorded = recorded
+        self.graph = graph
 
     # --- edges
 
@@ -295,9 +305,18 @@ class Case:
         """
         Return whether an edge is a localiser's correction of a moving edge below it.
 
-        REP 105's map -> odom is one: its parent is a root, and its child has a moving edge.
+        REP 105's map -> odom is one: its parent is a root, and its child has an edge that drives.
         """
         return edge.parent in self.roots and edge.child in self._parents_of_moving
+
+    def is_of_trunk(self, edge: EdgeRecord) -> bool:
+        """
+        Return whether an edge is a correction or the odometry below one.
+
+        A localiser without anything to correct, and a robot that stands, send the same value.
+        """
+        return self.is_correction(edge) or any(
+            self.is_correction(above) for above in self.above.get(edge.parent, ()))
 
     @cached_property
     def _parents(self) -> set[str]:
@@ -305,7 +324,10 @@ class Case:
 
     @cached_property
     def _parents_of_moving(self) -> set[str]:
-        return {edge.parent for edge, _ in self.moving()}
+        """Return the parents of edges that may drive: a wheel turns, but stays in its place."""
+        return {edge.parent for edge, moving in self.moving()
+                if moving.motion.travelled > _FREELY
+                or moving.motion.turn_rates.at(0.95)[0] < _TURNING}
 
     def still_seen(self, edge: EdgeRecord) -> list[EdgeRecord]:
         """
@@ -341,7 +363,12 @@ class Case:
     @cached_property
     def timebase(self) -> Timebase:
         """Return the clocks of the edges' stamps."""
-        return Timebase([timing_of(edge) for edge in self._timed])
+        return Timebase([timing_of(edge) for edge in self._timed], self.arrival_step)
+
+    @cached_property
+    def arrival_step(self) -> ArrivalStep | None:
+        """Return the step of the clock of the arrivals, if there was one."""
+        return arrival_step([moving.timing for _, moving in self.moving()])
 
     @cached_property
     def clocks(self) -> list[Clock]:

@@ -3,7 +3,7 @@
 
 """Every check; the failure modes of the textbook come first."""
 
-from . import clocks, jumps, rates, samples, static_edges, structure
+from . import arrivals, clocks, graph, jumps, rates, samples, static_edges, structure
 from .check import Check
 from .finding import Code
 
@@ -12,7 +12,7 @@ CHECKS: tuple[Check, ...] = (
     structure.two_parents,
     structure.two_publishers,
     structure.unconnected,
-    samples.delayed,
+    arrivals.delayed,
     static_edges.static_republished,
     static_edges.static_changed,
     structure.late_joiner,
@@ -25,6 +25,7 @@ CHECKS: tuple[Check, ...] = (
     samples.not_finite,
     samples.not_normalised,
     samples.unreadable,
+    samples.impossible_stamp,
     static_edges.kind_flips,
     static_edges.static_late,
     samples.zero_stamps,
@@ -33,9 +34,11 @@ CHECKS: tuple[Check, ...] = (
     clocks.clock_offset,
     clocks.clock_mixture,
     clocks.clock_step,
+    arrivals.recorder_clock,
     clocks.clock_drift,
     clocks.frozen_stamp,
     clocks.whole_seconds,
+    samples.lone_stamp,
     samples.jump_back,
     samples.duplicate_stamps,
     samples.out_of_order,
@@ -45,11 +48,15 @@ CHECKS: tuple[Check, ...] = (
     rates.slow_for_window,
     rates.skew,
     jumps.pose_jump,
+    jumps.moved_once,
     jumps.outlier,
     jumps.too_fast,
     structure.qos_mismatch,
     structure.source_silent,
     structure.source_diverged,
+    graph.other_topic,
+    graph.no_clock,
+    graph.two_clocks,
 )
 
 CODES: dict[str, Code] = {check.code.name: check.code for check in CHECKS}

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from tf_tree_py.core.messages.incidents import candidates
+from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
 
 from .case import Case, Trouble
 from .finding import Code, Finding, Number, Severity
@@ -17,12 +17,13 @@ class Remark(NamedTuple):
     """
     The part of a finding that the catalogue does not contain; the fields of ``Finding``.
 
+    :ivar authorities: its publishers; one may be ``one of a, b``.
     :ivar severity: None: the code's own; likewise '' for the cause and the fix.
     """
 
     summary: str
     frames: tuple[str, ...]
-    publishers: tuple[str, ...]
+    authorities: Collection[str]
     evidence: Mapping[str, Number]
     severity: Severity | None = None
     cause: str = ''
@@ -45,9 +46,10 @@ class Check(NamedTuple):
         fix = code.recorded_fix if case.recorded and code.recorded_fix else code.fix
         for remark in self.look(case):
             yield Finding(
-                code.name, remark.severity or code.severity, remark.frames, remark.publishers,
-                remark.summary, remark.evidence, remark.cause or code.cause,
-                remark.fix or fix, remark.edges)
+                code.name, remark.severity or code.severity, remark.frames,
+                names_of(remark.authorities), remark.summary, remark.evidence,
+                remark.cause or code.cause, remark.fix or fix, remark.edges,
+                any(map(is_ambiguous, remark.authorities)))
 
 
 def check(severity: Severity, *, catches: str, cause: str, fix: str, recorded_fix: str = '',
@@ -62,7 +64,7 @@ def check(severity: Severity, *, catches: str, cause: str, fix: str, recorded_fi
 def of_edge(edge: EdgeRecord, summary: str, evidence: Mapping[str, Number],
             **others: Any) -> Remark:
     """Return a remark on one edge; the summary begins with the edge's names."""
-    return Remark(f'{edge} {summary}', edge.frames, publishers_of(edge), evidence,
+    return Remark(f'{edge} {summary}', edge.frames, authorities_of(edge), evidence,
                   edges=(edge.frames,), **others)
 
 
@@ -70,7 +72,7 @@ def of_trouble(frames: tuple[str, ...], summary: str, trouble: Trouble,
                **others: Any) -> Remark:
     """Return a remark on refusals or remarks of the buffer."""
     edges = (frames,) if len(frames) == 2 else ()
-    return Remark(summary, frames, names_of(trouble.authorities),
+    return Remark(summary, frames, trouble.authorities,
                   {'count': trouble.count, **others.pop('evidence', {})}, edges=edges, **others)
 
 
@@ -78,13 +80,13 @@ def of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: Mapping[str, N
              **others: Any) -> Remark:
     """Return a remark on edges that have a fault in common."""
     frames = tuple(dict.fromkeys(frame for edge in edges for frame in edge.frames))
-    return Remark(summary, frames, publishers_of(*edges), evidence,
+    return Remark(summary, frames, authorities_of(*edges), evidence,
                   edges=tuple(edge.frames for edge in edges), **others)
 
 
-def publishers_of(*edges: EdgeRecord) -> tuple[str, ...]:
+def authorities_of(*edges: EdgeRecord) -> tuple[str, ...]:
     """Return the publishers of these edges, as far as they are known."""
-    return names_of(authority for edge in edges for authority in edge.authorities)
+    return tuple(dict.fromkeys(name for edge in edges for name in edge.authorities))
 
 
 def names_of(authorities: Iterable[str]) -> tuple[str, ...]:

@@ -6,10 +6,11 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, is_dead
-from tf_tree_py.core.text import times
+from tf_tree_py.core.text import listed, times
 
-from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now
+from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now, timing_of
 from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, MovingEdge
@@ -23,9 +24,10 @@ _BEHIND, _STEADY, _STEADY_PART = from_seconds(0.1), from_seconds(0.01), 0.05
 _FAR_BEHIND, _AS_STEADY = from_seconds(0.2), 1.5
 # A node post-dates by at most the first, and by a constant within the others. AMCL post-dates by
 # one second unless its user changes it.
-_POST_DATED, _NEARLY, _NEARLY_PART = from_seconds(2.0), from_seconds(0.2), 0.5
-# All moving edges are recorded twice for at most this long after the clock was set back.
-_TWICE = from_seconds(10.0)
+_POST_DATED, _NEARLY, _NEARLY_PART, _BURST = from_seconds(2.0), from_seconds(0.2), 0.5, 3.0
+# All moving edges are recorded twice for at most this long after the clock was set back, and go to
+# and fro at least this often.
+_TWICE, _TURNS = from_seconds(10.0), 5
 # The offsets of edges from one computer differ by less than this.
 _ALIKE = from_seconds(0.05)
 # One stamp that is further ahead than a buffer's window makes all good data too old.
@@ -67,6 +69,8 @@ def clock_step(case: Case) -> Iterator[Remark]:
     """Find steps that all edges of one publisher make at one moment."""
     moving = [edge for edge, _ in case.moving()]
     for steps in _together(case):
+        if case.arrival_step is not None:
+            break
         edges = list({edge.frames: edge for edge, _ in steps}.values())
         _, largest = max(steps, key=lambda each: abs(each[1].step))
         if len(edges) == len(moving) and largest.step < -_PASS:
@@ -78,8 +82,8 @@ def clock_step(case: Case) -> Iterator[Remark]:
             {'edges': len(edges), 'step_s': largest.step / 1e9,
              'received_s': largest.received / 1e9})
     overlap = _overlap(moving)
-    if overlap:
-        edges = [edge for edge in moving if edge.moving and edge.moving.motion.turns.count]
+    if overlap and case.arrival_step is None:
+        edges = [edge for edge in moving if edge.moving and edge.moving.motion.turns.all]
         yield _of_clock(
             edges, f'recorded twice for {format_span(overlap)}: the clock of the sender and of '
             'the recorder was set back by as much', {'edges': len(edges),
@@ -103,14 +107,14 @@ def _together(case: Case) -> Iterator[list[tuple[EdgeRecord, ClockStep]]]:
 
 def _overlap(edges: Sequence[EdgeRecord]) -> int:
     """Return how long all moving edges seem to have had two publishers, if it was short."""
-    turning = [edge.moving for edge in edges if edge.moving and edge.moving.motion.turns.count > 1]
-    those_that_move = [edge for edge in edges if edge.moving and edge.moving.motion.moved]
-    if not turning or 2 * len(turning) < len(those_that_move):
+    moving = [edge.moving for edge in edges if edge.moving and edge.moving.motion.moved]
+    turning = [edge for edge in moving if edge.motion.turns.all >= _TURNS]
+    if not turning or 2 * len(turning) < len(moving):
         return 0
-    if not all(was_short(moving) for moving in turning):
+    if not all(was_short(edge) for edge in turning):
         return 0
-    begin = min(moving.motion.turns.first for moving in turning)
-    end = max(moving.motion.turns.last for moving in turning)
+    begin = min(edge.motion.turns.first for edge in turning)
+    end = max(edge.motion.turns.last for edge in turning)
     return end - begin if end - begin < _TWICE else 0
 
 
@@ -119,7 +123,7 @@ def was_short(moving: MovingEdge) -> bool:
     turns, timing = moving.motion.turns, moving.timing
     # During that time only, samples arrived twice as often.
     return (timing.span > 0 and 0 < turns.last - turns.first < 0.15 * timing.span
-            and turns.count > 0.5 * (turns.last - turns.first) / max(timing.interval, 1.0))
+            and turns.all > 0.5 * (turns.last - turns.first) / max(timing.interval, 1.0))
 
 
 @check(Severity.WARNING,
@@ -156,7 +160,7 @@ def whole_seconds(case: Case) -> Iterator[Remark]:
     for edge, moving in case.moving():
         timing = moving.timing
         if (timing.timed >= _SEVERAL and timing.whole_seconds == timing.timed
-                and timing.intervals.count and 2 * timing.duplicates > timing.timed):
+                and timing.intervals.count and timing.is_coarse):
             yield of_edge(edge, f'has {timing.timed} stamps, all of them whole seconds',
                           {'count': timing.timed, 'rate_hz': timing.rate_hz})
 
@@ -207,12 +211,36 @@ def clock_offset(case: Case) -> Iterator[Remark]:
             [edge for edge, _ in edges], f'received {usual / 1e6:.0f} ms after the stamp, and 90 '
             f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most{beside}',
             {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9})
+    for edges in _leading(case):
+        if case.timebase.differs and not _is_post_dated(case, edges):
+            yield _of_groups(case, edges)
+
+
+def _of_groups(case: Case, leading: Sequence[_Late]) -> Remark:
+    """Return a remark on two groups of edges, if no clock shows which of them is right."""
+    ahead = [edge for edge, _ in leading]
+    behind = [edge for edge, _ in case.moving() if edge.frames in case.delays
+              and case.delays[edge.frames].usual > leading[-1][1].usual + _AHEAD]
+    apart = -leading[0][1].usual
+    return of_edges(
+        [*ahead, *behind], f'the edges fall into two groups, whose stamps are '
+        f'{apart / 1e6:.0f} ms apart: ahead {_are(ahead)}; behind {_are(behind)}',
+        {'ahead': len(ahead), 'behind': len(behind), 'apart_s': apart / 1e9},
+        cause='two clocks, or a node that stamps too early or too late by a constant. The stamps '
+              'are of another clock than the arrivals, so they do not show which group is right',
+        fix='ros2 topic delay of a sensor that each computer sends, with use_sim_time if it is '
+            'set, shows which group differs from the clock')
+
+
+def _are(edges: Sequence[EdgeRecord]) -> str:
+    return f'{"is" if len(edges) == 1 else "are"} {listed([str(edge) for edge in edges])}'
 
 
 @check(Severity.WARNING,
        catches='stamps that are ahead of the clock',
-       cause="the clock of the sender's computer is ahead (chrony or NTP set it); or a node "
-             'post-dates by more than two seconds, which no localiser does by default',
+       cause="the clock of the sender's computer is ahead, or that of this one is behind (chrony "
+             'or NTP set it); or a node post-dates by more than two seconds, which no localiser '
+             'does by default',
        fix='synchronise the clocks; Buffer(max_future=...) refuses stamps that are further ahead '
            'than that')
 def future_stamps(case: Case) -> Iterator[Remark]:
@@ -229,7 +257,7 @@ def future_stamps(case: Case) -> Iterator[Remark]:
                 severity=Severity.ERROR)
     for edges in _leading(case):
         edges = [each for each in edges if each[0].frames not in poisoned]
-        if edges and not _is_post_dated(edges):
+        if edges and not case.timebase.differs and not _is_post_dated(case, edges):
             lead = -edges[0][1].usual
             yield _of_clock([edge for edge, _ in edges],
                             f'stamped {lead / 1e6:.0f} ms ahead of the clock',
@@ -256,31 +284,50 @@ def _of_simulation(case: Case, edges: int) -> dict[str, Any]:
        cause='a node that post-dates on purpose, so that lookups do not wait for it: '
              'transform_tolerance of AMCL, transform_timeout of slam_toolbox, '
              'transform_time_offset of robot_localization',
-       fix='nothing to do; but max_future, if it is used, has to be greater than this')
+       fix='nothing to do; but max_future, if it is used, has to be greater than this. If it does '
+           'not post-date on purpose, it is ahead, or the others are behind by as much')
 def post_dated(case: Case) -> Iterator[Remark]:
     """Find single edges that alone are ahead by a constant."""
     for edges in _leading(case):
-        if _is_post_dated(edges):
+        if _is_post_dated(case, edges):
             edge, delays = edges[0]
-            yield of_edge(edge, f'is stamped {-delays.usual / 1e6:.0f} ms ahead of the others',
+            yield of_edge(edge, f'is stamped {-delays.usual / 1e6:.0f} ms ahead of '
+                          f'{"the others" if case.timebase.differs else "its arrival"}',
                           {'usually_s': -delays.usual / 1e9, 'spread_s': delays.spread / 1e9})
 
 
 def _furthest(case: Case, edge: EdgeRecord, moving: MovingEdge) -> float:
     """Return how far ahead a stamp was at most, of the clock or of the stamps around it."""
     known = edge.frames in case.delays and not case.timebase.differs
+    if case.arrival_step is not None:
+        # In order of arrival, the stamps before and after the step may alternate; and samples at
+        # the step may be on either side of it.
+        delays, step = case.timebase.delays(moving.timing)[1], abs(case.arrival_step.step)
+        apart = np.abs(np.abs(delays) - step) > 0.5 * step
+        return -float(delays[apart].min(initial=0.0)) if known else 0.0
     return max(moving.timing.ahead, -moving.timing.delays.least if known else 0.0)
 
 
 def _leading(case: Case) -> list[list[_Late]]:
-    return _alike(case, lambda edge, delays: delays.usual < -_AHEAD)
+    return _alike(case, lambda edge, delays: delays.usual < -_AHEAD + _freshest(case, edge))
+
+
+def _freshest(case: Case, edge: EdgeRecord) -> float:
+    """
+    Return the delay of what is up to date, nanoseconds, at most 0.
+
+    If the clocks differ, the delays are relative to the usual ones of most edges; those that send
+    in bursts are usually late.
+    """
+    others = case.delays_beside(edge) if case.timebase.differs else None
+    return min(0.0, others.early) if others else 0.0
 
 
 def _is_behind(case: Case, edge: EdgeRecord, delays: Delays) -> bool:
     """Return whether delays are constant, or vary only as those of the other edges do."""
     if delays.usual <= _BEHIND:
         return False
-    if not case.timebase.differs and delays.spread < max(
+    if not case.timebase.differs and delays.width < max(
             _STEADY, _STEADY_PART * delays.usual):
         return True
     others = case.delays_beside(edge)
@@ -288,10 +335,13 @@ def _is_behind(case: Case, edge: EdgeRecord, delays: Delays) -> bool:
                                    and delays.spread < _AS_STEADY * others.spread)
 
 
-def _is_post_dated(edges: Sequence[_Late]) -> bool:
-    delays = edges[0][1]
+def _is_post_dated(case: Case, edges: Sequence[_Late]) -> bool:
+    edge, delays = edges[0]
+    if case.timebase.differs and not case.is_correction(edge):
+        return False  # the others may as well be behind
+    # Of messages that are sent in bursts, some are a few intervals old.
     return len(edges) == 1 and -delays.usual < _POST_DATED and delays.middle < max(
-        _NEARLY, -_NEARLY_PART * delays.usual)
+        _NEARLY, -_NEARLY_PART * delays.usual, _BURST * timing_of(edge).interval)
 
 
 def _alike(case: Case, wanted: Callable[[EdgeRecord, Delays], bool]) -> list[list[_Late]]:

@@ -63,6 +63,7 @@ class Finding:
         ``_hz``; numbers without a unit are counts.
     :ivar cause: the most likely cause.
     :ivar fix: the remedy.
+    :ivar one_of: whether it is not known which of the publishers it is.
     """
 
     code: str
@@ -74,6 +75,13 @@ class Finding:
     cause: str = ''
     fix: str = ''
     edges: tuple[tuple[str, str], ...] = ()
+    one_of: bool = False
+
+    @property
+    def senders(self) -> str:
+        """Return the publishers in words."""
+        several = self.one_of and len(self.publishers) > 1
+        return ('one of ' if several else '') + ', '.join(self.publishers)
 
     def causes(self, other: 'Finding', explains: Collection[str]) -> bool:
         """

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from math import degrees
 from typing import Any
 
-from tf_tree_py.core.stamp import format_span, format_stamp
+from tf_tree_py.core.stamp import format_span, format_stamp, is_silent
 from tf_tree_py.core.text import times
 
 from .case import Case
@@ -33,7 +33,7 @@ def pose_jump(case: Case) -> Iterator[Remark]:
     """Find steps faster than the limits; those of a localiser get a cause of their own."""
     for edge, moving in case.moving():
         jump = moving.motion.fast
-        if not jump.count:
+        if not (jump.count and moving.motion.is_rare(jump)):
             continue
         seconds = jump.time / 1e9
         evidence = _evidence(jump) | {
@@ -51,7 +51,7 @@ def outlier(case: Case) -> Iterator[Remark]:
     """Find steps faster than the limits that the next step reverses."""
     for edge, moving in case.moving():
         jump = moving.motion.outliers
-        if jump.count:
+        if jump.count and moving.motion.is_rare(jump):
             yield of_edge(
                 edge, f'has {jump.count} of {moving.timing.count} samples that are far from those '
                 f'beside them, at most by {jump.gone:.3g} m and {degrees(jump.turned):.3g} deg, '
@@ -92,9 +92,38 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
         jump = moving.motion.slow
         # A wheel may turn by more than half a turn from one sample to the next.
         in_place = moving.motion.travelled < _IN_PLACE and not case.is_correction(edge)
-        if jump.count and not in_place:
+        if jump.count and not in_place and moving.motion.is_rare(jump):
             yield of_edge(edge, f'{_in_words(jump)}: lookups in between return poses that never '
                           'existed', _evidence(jump))
+
+
+# An edge rests if it makes at most this many steps among at least the second number.
+_ONCE, _RESTS = 3, 20
+
+
+@check(Severity.NOTE,
+       catches='an edge that rests, and moved once in one step',
+       cause='a mounting or a calibration that is sent on /tf and changed, such as after '
+             'a restart with other parameters; or a joint that was set in one step',
+       fix='if it is a mounting, find out who changed it: data from before the step needs the old '
+           'value. A joint that was set needs nothing')
+def moved_once(case: Case) -> Iterator[Remark]:
+    """Find edges that rest except for a few steps, unless they are a localiser's corrections."""
+    for edge, moving in case.moving():
+        motion = moving.motion
+        step = motion.lone
+        if not 0 < step.count <= _ONCE or motion.steps < _RESTS or case.is_correction(edge):
+            continue
+        if motion.fast.count or motion.slow.count and not is_silent(
+                step.time, moving.timing.interval):
+            continue  # pose_jump reports it, or interpolated_jump, which a gap would explain
+        # A joint turns about its origin, or slides; what is mounted anew does both.
+        remounted = step.gone > _IN_PLACE and step.turned > _IN_PLACE
+        yield of_edge(
+            edge, f'rests, but moved {times(step.count)}, by {step.gone:.3g} m and '
+            f'{degrees(step.turned):.3g} deg'
+            f'{"" if step.count == 1 else " at most"}, after {format_stamp(step.stamp)} s',
+            _evidence(step), severity=Severity.WARNING if remounted else None)
 
 
 def _in_words(jump: Jump) -> str:

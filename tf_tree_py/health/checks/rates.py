@@ -11,6 +11,7 @@ import numpy as np
 from tf_tree_py.core.stamp import (
     format_span,
     format_stamp,
+    from_seconds,
     is_dead,
     is_silent,
     mean_interval,
@@ -19,10 +20,11 @@ from tf_tree_py.core.stamp import (
 )
 from tf_tree_py.core.text import times
 
-from .case import Case, is_frozen, is_frozen_now, timing_of
+from .case import Case, is_frozen, timing_of
 from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
+from ..measures.spread import median
 from ..measures.timing import Timing
 
 # How old an edge's newest sample may be, nanoseconds, and the edge.
@@ -32,7 +34,10 @@ _Aged = tuple[float, EdgeRecord]
 _SEVERAL = 20
 # With fewer samples than this, nobody knows that the next one is overdue.
 _FEW = 8
-# The middle 80 % of a regular edge's intervals span less than this part of the usual interval.
+# A computer is not silent for longer than this: a month.
+_LONG = from_seconds(30 * 86_400.0)
+# The middle 80 % of a regular edge's intervals span less than this part of the usual or the mean
+# interval.
 _JITTER = 1.2
 # An excess of this, divided by the root of the number of intervals, may be chance.
 _CHANCE = 2.5
@@ -47,12 +52,12 @@ _CHANCE = 2.5
 def gap(case: Case) -> Iterator[Remark]:
     """Find the longest gap of each edge, if it is too long for the edge's rate."""
     silent = [(edge, moving) for edge, moving in case.moving()
-              if moving.timing.interval
-              and is_silent(moving.timing.intervals.most, moving.timing.interval)
+              if _is_gap(moving)
               # Its messages went on, with a stamp that was frozen.
               and not (is_frozen(moving) and moving.timing.longest == moving.timing.frozen.stamp)]
-    if len(silent) > 1 and _at_once(case, silent):
-        yield _of_all([edge for edge, _ in silent], silent[0][1].timing, case.timebase.differs)
+    at_once = _at_once(case, silent)
+    if at_once and len(silent) > 1:
+        yield _of_all([edge for edge, _ in silent], silent[0][1].timing, _may_pause(case))
         return
     for edge, moving in silent:
         timing = moving.timing
@@ -63,7 +68,43 @@ def gap(case: Case) -> Iterator[Remark]:
             f'{format_span(round(timing.interval))}',
             {'longest_s': timing.intervals.most / 1e9, 'usual_s': timing.interval / 1e9,
              'after_stamp_s': timing.longest / 1e9},
-            **_out_of_view(case, edge, 1, timing.longest, end))
+            **(_PAUSED if at_once and _may_pause(case)
+               else _out_of_view(case, edge, 1, timing.longest, end)))
+    for edge, moving in case.moving():
+        if moving.timing.is_coarse and not any(edge is other for other, _ in silent):
+            yield from _by_arrival(edge, moving.timing)
+
+
+def _by_arrival(edge: EdgeRecord, timing: Timing) -> Iterator[Remark]:
+    """Find the gap of an edge whose stamps are too coarse to show it."""
+    longest, usual = timing.waits.most, timing.waits.median
+    if timing.waits.count >= _FEW and is_silent(longest, usual):
+        yield of_edge(
+            edge, f'was silent for {format_span(round(longest))} after it arrived at '
+            f'{format_stamp(timing.longest_wait)} s; usually it arrives every '
+            f'{format_span(round(usual))}', {'longest_s': longest / 1e9, 'usual_s': usual / 1e9})
+
+
+def _is_gap(moving: MovingEdge) -> bool:
+    timing = moving.timing
+    # Late stamps make single intervals longer; but of a few intervals, one may be the gap.
+    usual = timing.intervals.at(0.75)[0] if timing.intervals.count >= _FEW else 0.0
+    return timing.interval > 0.0 and is_silent(
+        timing.intervals.most, max(timing.interval, usual))
+
+
+# The other edges are too slow to show whether they were silent, too.
+_PAUSED = {
+    'severity': Severity.NOTE,
+    'cause': 'its node hung, crashed or was restarted; or the recording or the simulation was '
+             'paused, because the other edges did not come either',
+    'fix': 'check the log of its publisher at that time, if nothing was paused: lookups in the '
+           'gap are interpolated across it'}
+
+
+def _may_pause(case: Case) -> bool:
+    """Return whether a pause of everything is ordinary: in simulations and recordings."""
+    return case.timebase.differs or case.recorded
 
 
 def _out_of_view(case: Case, edge: EdgeRecord, column: int, begin: float,
@@ -85,31 +126,48 @@ def _out_of_view(case: Case, edge: EdgeRecord, column: int, begin: float,
 
 
 def _at_once(case: Case, silent: Sequence[tuple[EdgeRecord, MovingEdge]]) -> bool:
-    """Return whether all edges were silent at the same time."""
-    # By arrival: an edge may be post-dated, or late.
-    begins = [moving.timing.longest + (
-        case.delays[edge.frames].usual if edge.frames in case.delays else 0.0)
-        for edge, moving in silent]
+    """Return whether all edges were silent at the same time, and there are several."""
+    if not silent or not any(edge is not silent[0][0] for edge, _ in case.moving()):
+        return False
+    begins = [_on_arrival(case, edge, moving.timing.longest) for edge, moving in silent]
     usual = max(moving.timing.interval for _, moving in silent)
+    end = min(begin + moving.timing.intervals.most for begin, (_, moving) in zip(
+        begins, silent, strict=True))
     those = {edge.frames for edge, _ in silent}
-    # An edge that has stopped for good has no gap.
-    others = any(moving.timing.interval and edge.frames not in those
-                 and not is_frozen_now(moving) and not is_stale(edge, case.now, case.timebase)
-                 for edge, moving in case.moving())
-    return not others and max(begins) - min(begins) <= max(SILENCE, 2.0 * usual)
+    # Stamps that are rounded, and messages that come in bursts, are some intervals old.
+    near = min(2.0 * usual, (end - max(begins)) / 3.0)
+    return max(begins) - min(begins) <= max(SILENCE, 2.0 * usual) and not any(
+        _came(case, edge, moving, max(begins) + near, end - near) for edge, moving in case.moving()
+        if edge.frames not in those)
 
 
-def _of_all(edges: Sequence[EdgeRecord], timing: Timing, simulated: bool) -> Remark:
+def _came(case: Case, edge: EdgeRecord, moving: MovingEdge, begin: float, end: float) -> bool:
+    """Return whether an edge had samples between two times of arrival."""
+    received, stamps = moving.timing.pairs.kept.T
+    came = [_on_arrival(case, edge, stamp) for stamp in stamps] if case.timebase.differs else (
+        received)
+    return any(begin < time < end for time in came)
+
+
+def _on_arrival(case: Case, edge: EdgeRecord, stamp: float) -> float:
+    """Return when a stamp usually arrives: an edge may be post-dated, or late."""
+    delays = case.delays.get(edge.frames)
+    return stamp + (delays.usual if delays else 0.0)
+
+
+def _of_all(edges: Sequence[EdgeRecord], timing: Timing, may_pause: bool) -> Remark:
     return of_edges(
         edges, f'all {len(edges)} edges that move were silent at once, {edges[0]} for '
         f'{format_span(round(timing.intervals.most))} after {format_stamp(timing.longest)} s',
         {'edges': len(edges), 'longest_s': timing.intervals.most / 1e9,
          'usual_s': timing.interval / 1e9, 'after_stamp_s': timing.longest / 1e9},
-        # A simulation pauses now and then, without harm.
-        severity=Severity.NOTE if simulated else None,
-        cause='the recording or the simulation was paused, the computer was suspended, or its '
-              'clock was set forward',
-        fix='find out what stopped all of them; lookups in the gap are interpolated across it')
+        severity=Severity.NOTE if may_pause else None,
+        cause='the clock of the computer was set, from its start (often 1970) to the present'
+        if timing.intervals.most > _LONG else
+        'the recording or the simulation was paused, what sends all of them or its network '
+        'stopped, the computer was suspended, or its clock was set forward',
+        fix='if other topics went on at that time, find out what stopped the senders of these '
+            'edges; lookups in the gap are interpolated across it')
 
 
 @check(Severity.WARNING,
@@ -157,8 +215,11 @@ def irregular_rate(case: Case) -> Iterator[Remark]:
 def _is_irregular(moving: MovingEdge) -> bool:
     intervals = moving.timing.intervals
     short, usual, long = intervals.at(0.1, 0.5, 0.9)
-    limit = _JITTER + _CHANCE / math.sqrt(max(intervals.count, 1))
-    return intervals.count >= _SEVERAL and long - short > limit * usual
+    limit = _JITTER + _CHANCE / math.sqrt(max(intervals.kept, 1))
+    # Of stamps that are rounded, the median may be much shorter than the mean, and the step of the
+    # rounding is no longer than the shortest interval.
+    limit = limit * max(usual, intervals.mean) + intervals.least
+    return intervals.count >= _SEVERAL and long - short > limit
 
 
 @check(Severity.WARNING,
@@ -172,9 +233,12 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
     window = case.limits.cache_time
     for edge, moving in case.moving():
         timing = moving.timing
-        interval = mean_interval(*(
-            (case.timebase.elapsed(timing.first, timing.last), timing.count)
-            if timing.count > 1 else (case.timebase.elapsed(timing.last, case.now), 2)))
+        stamps = np.unique(timing.pairs.kept[:, 1])
+        # The mean would contain gaps, and the years that the clock of a computer is set by.
+        interval = (median(np.diff(stamps)) if len(stamps) > 1
+                    else case.timebase.elapsed(timing.last, case.now))
+        if timing.intervals.count >= _FEW:
+            interval = timing.intervals.median
         if interval > window:
             yield of_edge(
                 edge, f'comes every {interval / 1e9:.1f} s, and buffers keep '
@@ -216,7 +280,7 @@ def _age(case: Case, edge: EdgeRecord) -> float:
     """Return the usual age of the newest sample just before the next; 0 if post-dated."""
     timing = timing_of(edge)
     # Of a few irregular intervals, the median may be much too long, and the mean contains gaps.
-    interval = min(timing.interval, mean_interval(
+    interval = min(timing.intervals.median, mean_interval(
         case.timebase.elapsed(timing.first, timing.last), timing.timed))
     return max(0.0, case.delays[edge.frames].usual + interval)
 

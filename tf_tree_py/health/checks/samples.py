@@ -6,7 +6,7 @@
 from collections.abc import Iterator
 
 from tf_tree_py.core.messages.incidents import Kind
-from tf_tree_py.core.stamp import format_span
+from tf_tree_py.core.stamp import format_span, format_stamp
 from tf_tree_py.core.text import times
 
 from .case import Case
@@ -60,11 +60,27 @@ def unreadable(case: Case) -> Iterator[Remark]:
                          f'refused {times(trouble.count)}: {trouble.detail}', trouble)
 
 
+@check(Severity.ERROR,
+       explains=('gap', 'irregular_rate', 'stale'),
+       catches='a stamp whose nanosec is a second or more',
+       cause='a driver that computes nanosec wrongly: it subtracts below zero, or puts all '
+             'microseconds since 1970 there; both wrap at 2^32',
+       fix='fix the publisher: nanosec has the part below a second, from 0 to 999999999. A buffer '
+           'of this package refuses such a transform; tf2 inserts it up to four seconds away')
+def impossible_stamp(case: Case) -> Iterator[Remark]:
+    """Find moving transforms that the buffer refused because of their nanosec."""
+    for edge, trouble in case.of_kind(Kind.IMPOSSIBLE_STAMP):
+        yield of_trouble(edge, f'{edge[0]} -> {edge[1]} has an impossible stamp '
+                         f'{times(trouble.count)}; the first: {trouble.detail}', trouble)
+
+
 # --- the order of stamps
 
 # Fewer cases than this are not reported.
 _FEW = 3
 _SELDOM = 0.01
+# Of stamps that are late and rounded, up to a quarter are repeated; that does no harm.
+_LOST = 0.3
 
 
 @check(Severity.ERROR,
@@ -79,6 +95,30 @@ def zero_stamps(case: Case) -> Iterator[Remark]:
         if timing.zeros:
             yield of_edge(edge, f'has {timing.zeros} of {timing.count} stamps that are zero',
                           {'count': timing.zeros, 'samples': timing.count})
+
+
+@check(Severity.WARNING,
+       explains=('gap', 'jump_back', 'out_of_order', 'delayed', 'skew'),
+       catches='single samples with a stamp that is far older than those around it',
+       cause='a message that was stamped before the clock of its computer was set, or with a '
+             'variable that was not',
+       fix='let its publisher stamp it with the time of the data: a buffer that has no newer data '
+           'of the edge interpolates from that stamp on',
+       recorded_fix='leave it out: open_bag lists it among its oddities, with the options that do '
+                    'so. Lookups between it and the others are interpolated over that time')
+def lone_stamp(case: Case) -> Iterator[Remark]:
+    """Find edges with a few samples whose stamps are at least a minute too old."""
+    for edge, moving in case.moving():
+        if moving.first_lone is None:
+            continue
+        received, stamps = moving.first_lone.received, moving.first_lone.stamps
+        behind = int(stamps[1] - stamps[0])
+        yield of_edge(
+            edge, f'has {moving.lone} of {moving.timing.count} samples with a stamp far older '
+            f'than the others, first {format_stamp(int(stamps[0]))} s, received at '
+            f'{format_stamp(int(received[0]))} s: {format_span(behind)} before the next stamp',
+            {'count': moving.lone, 'samples': moving.timing.count, 'stamp_s': stamps[0] / 1e9,
+             'received_s': received[0] / 1e9, 'behind_s': behind / 1e9})
 
 
 @check(Severity.WARNING,
@@ -111,7 +151,8 @@ def duplicate_stamps(case: Case) -> Iterator[Remark]:
                 edge, f'repeats {timing.duplicates} of {timing.count} stamps, '
                 f'{timing.differing} of them with another pose',
                 {'count': timing.duplicates, 'differing': timing.differing,
-                 'samples': timing.count})
+                 'samples': timing.count},
+                severity=None if timing.differing > _LOST * timing.count else Severity.NOTE)
 
 
 @check(Severity.WARNING,
@@ -129,30 +170,3 @@ def out_of_order(case: Case) -> Iterator[Remark]:
             yield of_edge(edge, f'has {timing.disorders} of {timing.count} stamps that are older '
                           'than the one before',
                           {'count': timing.disorders, 'samples': timing.count})
-
-
-@check(Severity.WARNING, textbook=True,
-       explains=('skew',),
-       catches='transforms that arrive long after their stamp',
-       cause='a slow node, a queue that is always full, a busy computer or network; or the clock '
-             'of its computer is behind',
-       fix='find the cause of the delay; until then a lookup for the stamp of data needs a longer '
-           'timeout than this',
-       recorded_fix='find the cause of the delay before the next recording. In this one the late '
-                    'samples are there too: only lookups at its end fail, and stamps_at_rate '
-                    'returns stamps for which all edges have data. If the clock was behind, shift '
-                    'the stamps of this edge')
-def delayed(case: Case) -> Iterator[Remark]:
-    """Find edges of which 5 % of the samples arrive later than the limit."""
-    for edge, moving in case.moving():
-        delays = case.delays.get(edge.frames)
-        if delays is None or moving.timing.delays.count < _FEW:
-            continue
-        # If the clocks differ, the fit between them is too inaccurate for the late quantile.
-        judged = delays.usual if case.timebase.differs else delays.late
-        if judged > case.limits.max_delay:
-            yield of_edge(
-                edge, f'arrives {delays.late / 1e6:.0f} ms after its stamp (95 of 100 are '
-                f'earlier; usually {delays.usual / 1e6:.0f} ms)',
-                {'p50_delay_s': delays.usual / 1e9, 'p95_delay_s': delays.late / 1e9,
-                 'count': moving.timing.delays.count})

@@ -3,8 +3,9 @@
 
 """Checks of static edges, of edges that should be, and of planar ones."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from math import degrees
+from typing import Any
 
 from tf_tree_py.core.stamp import format_span, from_seconds
 from tf_tree_py.core.text import times
@@ -12,7 +13,7 @@ from tf_tree_py.core.text import times
 from .case import Case
 from .check import check, of_edge, Remark
 from .finding import Severity
-from ..measures.edge_record import EdgeRecord
+from ..measures.edge_record import Edge, EdgeRecord, MovingEdge
 
 # An edge that has not moved for this long, in this many samples, is considered fixed.
 _LONG = from_seconds(4.0)
@@ -29,8 +30,8 @@ _LATE = from_seconds(3.0)
        explains=('slow_for_window', 'skew'),
        catches='an edge that is sent repeatedly on /tf and never changes',
        cause='a calibration or a fixed joint that is published like a moving edge',
-       fix='send it once on /tf_static: it is valid at every stamp there, even after its '
-           'publisher has ended')
+       fix='if it is fixed, send it once on /tf_static: it is valid at every stamp there, even '
+           'after its publisher has ended. A joint at rest needs nothing')
 def static_republished(case: Case) -> Iterator[Remark]:
     """Find edges whose pose never changes, even in its last bit, while others move."""
     robot_stands = not any(moving.motion.moved for _, moving in case.moving())
@@ -41,20 +42,24 @@ def static_republished(case: Case) -> Iterator[Remark]:
             continue
         if robot_stands:
             continue
-        # A joint at rest is sent together with moving ones.
-        is_joint = any(other in moved for other in moving.beside)
+        may_rest = case.is_of_trunk(edge) or _is_joint(edge, moving, moved)
         yield of_edge(
             edge, f'was sent {times(timing.count)} in {timing.span / 1e9:.1f} s, at '
             f'{timing.rate_hz:.1f} Hz, and never changed',
             {'count': timing.count, 'rate_hz': timing.rate_hz, 'span_s': timing.span / 1e9},
-            severity=Severity.NOTE if is_joint or _may_rest(case, edge) else None,
-            cause='a joint or a localiser at rest; or a calibration that is sent with moving edges'
-            if is_joint or _may_rest(case, edge) else '')
+            **_RESTS if may_rest else {})
 
 
-def _may_rest(case: Case, edge: EdgeRecord) -> bool:
-    # A localiser without anything to correct always sends the same value.
-    return case.is_correction(edge)
+_RESTS: dict[str, Any] = {
+    'severity': Severity.NOTE,
+    'cause': 'a joint, a robot or a localiser at rest; or a calibration that is sent like them',
+    'fix': 'nothing to do, if it can move; if not, send it once on /tf_static'}
+
+
+def _is_joint(edge: EdgeRecord, moving: MovingEdge, moved: Collection[Edge]) -> bool:
+    """Return whether an edge is sent with moving ones, or with the next one of its chain."""
+    return any(other in moved or other[1] == edge.parent or other[0] == edge.child
+               for other in moving.beside)
 
 
 @check(Severity.WARNING, textbook=True,
@@ -68,11 +73,20 @@ def static_changed(case: Case) -> Iterator[Remark]:
     for edge in case.edges:
         fixed = edge.fixed
         if fixed is not None and fixed.changes:
+            at_once = fixed.at_once == fixed.changes
+            happened = 'came with different values at once' if at_once else 'changed'
             yield of_edge(
-                edge, f'is static and changed {times(fixed.changes)}, by up to '
+                edge, f'is static and {happened} {times(fixed.changes)}, by up to '
                 f'{fixed.gone:.4g} m and {degrees(fixed.turned):.4g} deg',
                 {'changes': fixed.changes, 'gone_m': fixed.gone,
-                 'turned_deg': degrees(fixed.turned)})
+                 'turned_deg': degrees(fixed.turned)}, **_TWO_VALUES if at_once else {})
+
+
+_TWO_VALUES: dict[str, Any] = {
+    'cause': 'two nodes send it, such as robot_state_publisher and a static_transform_publisher; '
+             'or one node keeps an old value for those who join late, and sends it with the new',
+    'fix': 'send it from one node, with one value: which value counts depends on which message '
+           'comes last, and may differ in each process'}
 
 
 @check(Severity.NOTE,

@@ -3,16 +3,16 @@
 
 """Checks of the structure of the tree: frame names, parents, publishers, and sources."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import re
 
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.observers import Endpoint
-from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.stamp import format_span, from_seconds
 from tf_tree_py.core.text import listed, shorten, times
 
 from .case import are_robots, Case
-from .check import check, names_of, of_edge, of_trouble, publishers_of, Remark
+from .check import authorities_of, check, names_of, of_edge, of_edges, of_trouble, Remark
 from .clocks import was_short
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, MovingEdge
@@ -43,7 +43,7 @@ def similar_names(case: Case) -> Iterator[Remark]:
             yield Remark(
                 f'{spellings} look like one frame' + (
                     ', and their trees are not connected' if pieces > 1 else ''),
-                tuple(names), publishers_of(*edges), {'names': len(names), 'trees': pieces},
+                tuple(names), authorities_of(*edges), {'names': len(names), 'trees': pieces},
                 severity=Severity.ERROR if pieces > 1 else None)
 
 
@@ -58,7 +58,7 @@ def leading_slash(case: Case) -> Iterator[Remark]:
         bare = {name.removeprefix('/') for name in names}
         edges = [edge for edge in case.edges if {*edge.frames} & bare]
         yield Remark(f'published with a leading slash: {listed(names)}', names,
-                     publishers_of(*edges), {'names': len(names)})
+                     authorities_of(*edges), {'names': len(names)})
 
 
 @check(Severity.ERROR,
@@ -75,17 +75,14 @@ def empty_name(case: Case) -> Iterator[Remark]:
 
 # --- publishers
 
-# Two publishers that disagree make the frame alternate between two poses. Noise does so too, but
-# the next step reverses few of its steps. A vibration, or a toggling last digit, looks the same.
-# But the stamps of one publisher are regular, while those of two interleave: a sample of the
-# second lies between two of the first, whereas an outlier replaces a sample.
+# Two publishers that disagree make the frame alternate between two poses. A vibration, noise or a
+# toggling last digit looks similar, but the stamps of one publisher do not interleave.
 _TURNS = 5
-_PART = 0.3
-_INTERLEAVED = 0.3
-_BETWEEN = 1.5
+# If this many edges and no others have two publishers, everything was started twice.
+_ALL = 3
 # Two publishers that alternate exactly differ by a nearly constant amount; the amplitude of a
-# similar vibration varies.
-_ALWAYS, _SAME_SIZE, _APART = 0.7, 0.5, 0.02
+# similar vibration varies within this many samples.
+_ALWAYS, _SAME_SIZE, _APART, _MANY = 0.7, 0.5, 0.02, 50
 
 
 @check(Severity.ERROR, textbook=True,
@@ -97,34 +94,50 @@ _ALWAYS, _SAME_SIZE, _APART = 0.7, 0.5, 0.02
        fix='stop one of them: every lookup depends on which message came last')
 def two_publishers(case: Case) -> Iterator[Remark]:
     """Find edges of two publishers by their message numbers or by alternating values."""
-    known = set()
+    known = {frames for frames, _ in case.of_kind(Kind.TWO_PUBLISHERS)}
+    seen = [(edge, moving) for edge, moving in case.moving()
+            if edge.frames not in known and _goes_to_and_fro(moving)]
+    both = known | {edge.frames for edge, _ in seen}
+    all_moving = [edge for edge, moving in case.moving() if moving.motion.moved]
+    if len(all_moving) >= _ALL and {edge.frames for edge in all_moving} <= both:
+        yield _two_robots(all_moving)
+        return
     for frames, trouble in case.of_kind(Kind.TWO_PUBLISHERS):
-        known.add(frames)
         yield of_trouble(frames, f'{frames[0]} -> {frames[1]}: {trouble.detail}', trouble)
-    for edge, moving in case.moving():
-        if edge.frames not in known and _goes_to_and_fro(moving):
-            turns = moving.motion.turns
-            yield of_edge(
-                edge, f'alternates between two poses {times(turns.all)}, by '
-                f'{turns.sizes.median:.3g} (metres and radians together), as if it had two '
-                f'publishers; {moving.timing.rate_hz:.1f} Hz in all',
-                {'count': turns.all, 'samples': moving.timing.count,
-                 'apart_m': turns.sizes.median, 'rate_hz': moving.timing.rate_hz})
+    for edge, moving in seen:
+        yield _alternating(edge, moving)
+
+
+def _alternating(edge: EdgeRecord, moving: MovingEdge) -> Remark:
+    turns = moving.motion.turns
+    each = '' if turns.intervals is None else ', each with regular stamps: ' + ' and '.join(
+        f'every {format_span(round(one))}' for one in turns.intervals)
+    return of_edge(
+        edge, f'alternates between two poses {times(turns.all)}, by {turns.sizes.median:.3g} '
+        f'(metres and radians together), as if it had two publishers{each}; '
+        f'{moving.timing.rate_hz:.1f} Hz in all',
+        {'count': turns.all, 'samples': moving.timing.count, 'apart_m': turns.sizes.median,
+         'rate_hz': moving.timing.rate_hz})
+
+
+def _two_robots(edges: Sequence[EdgeRecord]) -> Remark:
+    return of_edges(
+        edges, f'all {len(edges)} edges that move have two publishers, such as {edges[0]}: two '
+        'robots with the same frame names send on one topic', {'edges': len(edges)},
+        cause='two robots or simulations share a ROS_DOMAIN_ID and a network; or a recording is '
+              'played beside the robot; or everything was launched twice',
+        fix='give each robot a ROS_DOMAIN_ID, or a namespace for /tf and a prefix for its frames; '
+            'stop what was started twice')
 
 
 def _goes_to_and_fro(moving: MovingEdge) -> bool:
-    turns, timing = moving.motion.turns, moving.timing
+    turns = moving.motion.turns
     if turns.all < _TURNS or was_short(moving):
         return False
     small, large = turns.sizes.at(0.1, 0.9)
-    if (turns.exact > _ALWAYS * moving.motion.steps and small > _SAME_SIZE * large
-            and turns.sizes.median > _APART):
-        return True
-    if turns.count < _TURNS or turns.count < _PART * turns.large:
-        return False
-    short, usual, long = timing.intervals.at(0.1, 0.5, 0.9)
-    return timing.differing >= _TURNS or (
-        long - short > _INTERLEAVED * usual and turns.spans.median < _BETWEEN * long)
+    exactly = (turns.exact > max(_ALWAYS * moving.motion.steps, _MANY)
+               and small > _SAME_SIZE * large and turns.sizes.median > _APART)
+    return exactly or turns.intervals is not None
 
 
 @check(Severity.ERROR, textbook=True,
@@ -143,7 +156,7 @@ def late_joiner(case: Case) -> Iterator[Remark]:
             frames = dict.fromkeys(frame for edge in edges for frame in edge.frames)
             its_edges = f', with {listed([str(edge) for edge in edges])}' if edges else ''
             yield Remark(f'{_named(one)} publishes {one.topic} as volatile{its_edges}: listeners '
-                         'of tf2 do not receive it', tuple(frames), names_of([one.node]),
+                         'of tf2 do not receive it', tuple(frames), [one.node],
                          {'publishers': 1, 'edges': len(edges)})
 
 
@@ -167,7 +180,7 @@ def qos_mismatch(case: Case) -> Iterator[Remark]:
                 f'{_named(publisher)} publishes {publisher.topic} '
                 f'{"reliably" if publisher.reliable else "as best effort"}'
                 f'{"" if publisher.transient_local else " and volatile"}{heard}', (),
-                names_of([publisher.node, *(other.node for other in deaf)]),
+                [publisher.node, *(other.node for other in deaf)],
                 {'deaf': len(deaf)})
 
 
@@ -249,7 +262,7 @@ def two_parents(case: Case) -> Iterator[Remark]:
         switches = case.parents[child].switches
         yield Remark(
             f'{shorten(child, 80)} has the parents {listed(parents)}, and changed between them '
-            f'{times(switches)}', (*parents, child), publishers_of(*edges),
+            f'{times(switches)}', (*parents, child), authorities_of(*edges),
             {'parents': len(parents), 'switches': switches},
             edges=tuple(edge.frames for edge in edges))
     for (parent, child), trouble in case.of_kind(Kind.NOT_ITS_OWN):
@@ -294,7 +307,7 @@ def unconnected(case: Case) -> Iterator[Remark]:
         edges = [edge for frame in tree for edge in case.above.get(frame, ())]
         yield Remark(
             f'{_in_words(tree)} are not connected with {_in_words(trees[0])}', roots,
-            publishers_of(*edges), {'trees': len(trees), 'frames': len(tree)},
+            authorities_of(*edges), {'trees': len(trees), 'frames': len(tree)},
             Severity.NOTE if are_robots(trees) else None)
 
 

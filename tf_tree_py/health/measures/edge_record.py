@@ -8,11 +8,11 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
-from tf_tree_py.core.stamp import is_silent
+from tf_tree_py.core.stamp import is_silent, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.text import shorten
 
+from .lone_stamps import far_steps
 from .motion import Motion
 from .sample_rows import distances, MessageColumn, Rows, Steps, TAIL, unit_poses
 from .thresholds import Thresholds
@@ -27,8 +27,9 @@ _MAX_AUTHORITIES = 8
 _MAX_BESIDE, _MAX_LETTERS = 64, 200
 # The number of characters of a name that a sentence shows.
 _LONGEST = 80
-# A static transform that differs by less than this, metres and radians together, is the same.
-_SAME = 1e-6
+# A static transform that differs by less than this, metres and radians together, is the same; or
+# by this part of its distance, which is the precision of a float32.
+_SAME, _FLOAT32 = 1e-6, 2.0**-23
 
 
 class MovingEdge:
@@ -38,12 +39,18 @@ class MovingEdge:
     :ivar timing: the measurements of its stamps and arrivals.
     :ivar motion: the measurements of its poses; invalid poses are omitted.
     :ivar beside: edges of the messages that contained it, including itself.
+    :ivar lone: how many samples had a stamp far older than those received before and after; they
+        are left out of the other measures, except that of the delays.
+    :ivar first_lone: the first of them, and the next sample; None: there is none.
     """
 
     def __init__(self, limits: Thresholds) -> None:
+        self.lone = 0
+        self.first_lone: Rows | None = None
         self.timing = Timing()
         self.motion = Motion(limits)
         self.beside: set[Edge] = set()
+        self._judged = False
         self._tail: Rows | None = None
 
     def add(self, rows: Rows, beside: Sequence[Edge]) -> None:
@@ -57,12 +64,44 @@ class MovingEdge:
             return
         self.motion.add(useful)
         stretch = useful.where(useful.stamps != 0).after(self._tail)
+        stretch = self._without_repeats(stretch, len(self._tail) if self._tail else 0)
+        if len(stretch) > TAIL:
+            stretch = self._without_lone(stretch)
         # A step is judged by the steps before and after it, so the last rows are used again.
         self._tail = stretch.last(TAIL)
         if len(stretch) > TAIL:
             steps = Steps(stretch)
             self.timing.add_steps(steps)
             self.motion.add_steps(steps)
+
+    def _without_lone(self, rows: Rows) -> Rows:
+        """Count the lone samples that are too old; return the other rows."""
+        found = far_steps(rows.received, rows.stamps)
+        places = found.between if self._judged else np.concatenate(
+            [found.ends[found.ends == 0], found.between])
+        self._judged = True
+        places = places[rows.stamps[places] < rows.stamps[places + 1]]
+        if not len(places):
+            return rows
+        self.lone += len(places)
+        self.first_lone = self.first_lone or rows[places[0]:places[0] + 2]
+        return rows[np.delete(np.arange(len(rows)), places)]
+
+    def _without_repeats(self, rows: Rows, begin: int) -> Rows:
+        """
+        Count the repeated stamps; return the rows without those that repeat the pose, too.
+
+        :param begin: the first row that is new.
+        """
+        same = np.zeros(len(rows), bool)
+        same[begin or 1:] = np.diff(rows.stamps)[max(begin - 1, 0):] == 0
+        if not same.any():
+            return rows
+        repeats = same.copy()
+        repeats[1:] &= (rows.poses[:, 1:] == rows.poses[:, :-1]).all(axis=0)
+        self.timing.duplicates += int(np.count_nonzero(same))
+        self.timing.differing += int(np.count_nonzero(same & ~repeats))
+        return rows[~repeats]
 
 
 class FixedEdge:
@@ -72,15 +111,17 @@ class FixedEdge:
     :ivar count: the number of samples.
     :ivar first: when the first one arrived after the clock had begun; 0: none has.
     :ivar last: when the last one arrived.
-    :ivar changes: how often the pose changed.
+    :ivar changes: how often the pose changed; ``at_once`` of these within a second of the value
+        before.
     :ivar gone: the largest translation of a change, metres.
     :ivar turned: the largest rotation of a change, radians.
     """
 
     def __init__(self) -> None:
-        self.count = self.changes = self.first = self.last = 0
+        self.count = self.changes = self.at_once = self.first = self.last = 0
         self.gone = self.turned = 0.0
-        self._pose: Array | None = None
+        # The last sample of use.
+        self._tail: Rows | None = None
 
     def add(self, rows: Rows) -> None:
         """Take samples, in order of arrival."""
@@ -89,16 +130,18 @@ class FixedEdge:
         if len(known):
             self.first = self.first or int(known[0])
             self.last = int(known[-1])
-        poses = unit_poses(rows.of_use().poses)
-        if self._pose is not None:
-            poses = np.concatenate([self._pose, poses], axis=1)
-        if not poses.size:
+        useful = rows.of_use().after(self._tail)
+        if not len(useful):
             return
-        self._pose = poses[:, -1:].copy()
+        self._tail = useful.last(1)
+        poses = unit_poses(useful.poses)
         gone, turned = distances(poses[:, :-1], poses[:, 1:])
-        changed = gone + turned > _SAME
+        changed = gone + turned > _SAME + _FLOAT32 * np.abs(poses[:3, 1:]).sum(axis=0)
         if changed.any():
             self.changes += int(np.count_nonzero(changed))
+            self.at_once += int(np.count_nonzero(
+                changed & (useful.received[:-1] > 0)
+                & (np.diff(useful.received) < NANOSECONDS_PER_SECOND)))
             self.gone = max(self.gone, float(gone[changed].max()))
             self.turned = max(self.turned, float(turned[changed].max()))
 

@@ -7,27 +7,28 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
+import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 
 from .sample_rows import JUDGED, Mask, Rows, Steps
 from .spread import Spread
 from .thresholds import Thresholds
+from .turns import Turns
 
 # tf2's tolerance of a quaternion's length is 0.01; the precision of a float32 is 1e-7.
 _LENGTH_TOLERANCE = 1e-3
 # A smaller step is noise.
 _NOISE = 1e-3
-# A step that is this many times faster than both its neighbours is a jump.
-_ISOLATED = 10.0
-# Two publishers of one edge that differ by less than this do little harm.
-_DISPUTE = 5e-3
+# A step that is this many times larger and faster than both its neighbours is a jump, if it is
+# also this many times faster than the usual ones, and at most this part of all are as fast.
+_ISOLATED, _UNUSUAL, _SELDOM = 10.0, 5.0, 0.01
+# A resting edge that is computed anew each time moves by this, metres and radians together.
+_STILL = 1e-6
 # The next step reverses a step if less than this part of it remains.
-_LEFT, _EXACTLY = 0.3, 0.05
-# Radians; a rotation by more may have been one by less in the other direction.
-_HALF = math.pi / 2
-# A slow jump has at least this size, metres and radians together, and takes at least this long, so
-# that many lookups fall into it.
+_LEFT = 0.3
+# A slow jump has at least this size, metres or radians, and takes at least this long, so that many
+# lookups fall into it.
 _LARGE = 0.2
 _LONG = from_seconds(0.09)
 
@@ -62,62 +63,6 @@ class Jump:
             self.gone, self.turned = float(steps.gone[worst]), float(steps.turned[worst])
 
 
-class Turns:
-    """
-    Samples whose step the next one reverses, or that are beside the line of their neighbours.
-
-    In the second case these neighbours are on the other side of theirs, as if two robots that
-    drive side by side had one frame. The causes are two publishers, noise, and outliers.
-
-    :ivar all: their number.
-    :ivar exact: the number of those that are reversed exactly, as a vibration is only near half
-        the rate of the samples.
-    :ivar count: the number of those that did not arrive late.
-    :ivar large: the number of samples more than half as far from that line as their median.
-    :ivar sizes: their distances from that line, metres and radians together.
-    :ivar spans: the time between the two neighbours, nanoseconds.
-    :ivar first: when the first arrived, nanoseconds.
-    :ivar last: when the last arrived, nanoseconds.
-    """
-
-    def __init__(self) -> None:
-        self.all = self.exact = self.count = self.large = self.first = self.last = 0
-        self.sizes, self.spans = Spread(), Spread()
-
-    def add(self, steps: Steps) -> None:
-        """Take steps; the first and the last two serve only to judge their neighbours."""
-        # Of a wheel that turns by nearly half a turn a sample, nobody knows in which direction.
-        smaller = np.minimum(steps.size[JUDGED], steps.size[2:-1])
-        useful = ((smaller > _DISPUTE)
-                  & ((steps.gone[JUDGED] > _DISPUTE) | (steps.turned[JUDGED] < _HALF)))
-        if not useful.any():
-            return
-        aside = steps.aside
-        sizes = _sizes(aside[:, 1:-1])
-        rest = _sizes(aside[:, 1:-1] + 0.5 * (aside[:, :-2] + aside[:, 2:]))
-        turns = useful & (sizes > _DISPUTE)
-        reverse = turns & (steps.size_of_two[1:-1] < _LEFT * smaller)
-        self.exact += int(np.count_nonzero(reverse | turns & (rest < _EXACTLY * sizes)))
-        turns = reverse | turns & (rest < _LEFT * sizes)
-        if turns.any():
-            self.all += int(np.count_nonzero(turns))
-            # Samples that arrive late are also beside the line.
-            self.count += int(np.count_nonzero(
-                turns & (steps.time[JUDGED] >= 0) & (steps.time[2:-1] >= 0)))
-            self.sizes.add(sizes[turns])
-            self.spans.add((steps.time[JUDGED] + steps.time[2:-1])[turns])
-            received = steps.received[JUDGED][turns]
-            self.first, self.last = self.first or int(received[0]), int(received[-1])
-        if self.all:
-            self.large += int(np.count_nonzero(sizes > 0.5 * self.sizes.median))
-
-
-def _sizes(aside: Array) -> Array:
-    sizes: Array = np.sqrt(np.einsum('ij,ij->j', aside[:3], aside[:3])) + np.sqrt(
-        np.einsum('ij,ij->j', aside[3:], aside[3:]))
-    return sizes
-
-
 class Motion:
     """
     The motion of one edge.
@@ -133,6 +78,7 @@ class Motion:
     :ivar fast: steps faster than the limits and much faster than their neighbours.
     :ivar slow: large steps over a long time, much faster than their neighbours.
     :ivar outliers: steps faster than the limits that the next one reverses.
+    :ivar lone: all steps that are not zero; few, if the edge rests.
     :ivar turns: samples that go to and fro, at any speed.
     """
 
@@ -143,7 +89,7 @@ class Motion:
         self.off_length, self.worst_length = 0, 1.0
         self.steps = 0
         self.speeds, self.turn_rates = Spread(), Spread()
-        self.fast, self.slow, self.outliers = Jump(), Jump(), Jump()
+        self.fast, self.slow, self.outliers, self.lone = Jump(), Jump(), Jump(), Jump()
         self.turns = Turns()
 
     def add(self, rows: Rows) -> None:
@@ -175,28 +121,62 @@ class Motion:
             return
         seconds = np.maximum(steps.time, 1) / 1e9
         speeds, turn_rates = steps.gone / seconds, steps.turned / seconds
-        onward = steps.time[JUDGED] > 0
-        self.speeds.add(speeds[JUDGED][onward])
-        self.turn_rates.add(turn_rates[JUDGED][onward])
-        fast = ((speeds > self._limits.max_speed) | (turn_rates > self._limits.max_turn_rate))
-        speed = speeds + turn_rates
-        self._add_jumps(steps, speed, fast)
-        if fast.any():
-            self._add_outliers(steps, speed, fast)
+        onward = steps.time > 0
+        self.speeds.add(speeds[JUDGED][onward[JUDGED]])
+        self.turn_rates.add(turn_rates[JUDGED][onward[JUDGED]])
+        self.lone.add(steps, steps.size[JUDGED] > _STILL)
+        found = np.zeros((3, len(steps.time) - 3), bool)
+        # Each is judged alone: a frame that turns fast may have a mounting that jumps.
+        found |= _jumps(steps, 0, speeds, self._limits.max_speed)
+        found |= _jumps(steps, 1, turn_rates, self._limits.max_turn_rate)
+        fast, large, outlying = found & onward[JUDGED]
+        self.fast.add(steps, fast)
+        self.slow.add(steps, large & (steps.time[JUDGED] > _LONG))
+        self.outliers.add(steps, outlying & onward[2:-1])
         self.turns.add(steps)
 
-    def _add_jumps(self, steps: Steps, speed: Array, fast: Mask) -> None:
-        size, time, here = steps.size[JUDGED], steps.time[JUDGED], speed[JUDGED]
-        alone = (time > 0) & (here > _ISOLATED * np.maximum(speed[:-3], speed[2:-1]))
-        if alone.any():
-            self.fast.add(steps, alone & fast[JUDGED] & (size > _NOISE))
-            self.slow.add(steps, alone & (size > _LARGE) & (time > _LONG))
+    def is_rare(self, jump: Jump) -> bool:
+        """Return whether hardly any other step is as fast as a jump."""
+        seconds = max(jump.time, 1) / 1e9
+        return any(rate > _UNUSUAL * spread.median
+                   and spread.part_above(rate) <= 2.0 * jump.count / spread.count + _SELDOM
+                   for spread, rate in ((self.speeds, jump.gone / seconds),
+                                        (self.turn_rates, jump.turned / seconds)))
 
-    def _add_outliers(self, steps: Steps, speed: Array, fast: Mask) -> None:
-        """Count pairs of a step and its reverse, if the steps around them are much slower."""
-        size = np.minimum(steps.size[JUDGED], steps.size[2:-1])
-        pair = np.minimum(speed[JUDGED], speed[2:-1])
-        self.outliers.add(steps, (
-            fast[JUDGED] & fast[2:-1] & (steps.time[JUDGED] > 0) & (steps.time[2:-1] > 0)
-            & (pair > _ISOLATED * np.maximum(speed[:-3], speed[3:]))
-            & (steps.size_of_two[1:-1] < _LEFT * size) & (size > _NOISE)))
+
+def _jumps(steps: Steps, part: int, rates: Array, limit: float) -> npt.NDArray[np.bool_]:
+    """
+    Return which of the judged steps are jumps: fast ones, large ones, and outliers.
+
+    A jump is much larger than the steps before and after it, and much faster: the time alone may
+    be short because a stamp was late.
+
+    :param part: 0: of their translation, 1: of their rotation.
+    :param rates: of that part, metres or radians per second.
+    :param limit: of the rates.
+    :param of_two: sizes over two rows.
+    :return: (3, N - 4) for N rows.
+    """
+    sizes = steps.sizes[part]
+    here = sizes[JUDGED]
+    alone = _is_alone(sizes) & _is_alone(rates)
+    fast = rates > limit
+    pairs = fast[JUDGED] & fast[2:-1]
+    if pairs.any():
+        pairs &= (_is_pair(sizes) & _is_pair(rates)
+                  & (steps.sizes_of_two[part][1:-1] < _LEFT * np.minimum(here, sizes[2:-1])))
+    return np.array([alone & fast[JUDGED] & (here > _NOISE), alone & (here > _LARGE),
+                     pairs & (here > _NOISE)])
+
+
+def _is_alone(numbers: Array) -> Mask:
+    """Return which steps have a much larger number than those before and after."""
+    alone: Mask = numbers[JUDGED] > _ISOLATED * np.maximum(numbers[:-3], numbers[2:-1])
+    return alone
+
+
+def _is_pair(numbers: Array) -> Mask:
+    """Return the same for a step and the next."""
+    pair: Mask = np.minimum(numbers[JUDGED], numbers[2:-1]) > _ISOLATED * np.maximum(
+        numbers[:-3], numbers[3:])
+    return pair

@@ -12,11 +12,16 @@ from tf_tree_py.core.geometry.so3 import Array
 
 # At least this many rows are kept, if there are as many, and at most twice as many.
 _KEPT = 128
+_GOLDEN = 0.6180339887498949
 
 
 class Sampled:
     """
-    Every n-th row of a stream, evenly over all time; n doubles as the stream grows.
+    About every n-th row of a stream, evenly over all time; n doubles as the stream grows.
+
+    The distances between the rows that are kept vary: a regular pattern of the stream, such as
+    one of every fourth row, must not decide which of its rows are seen. Multiples of the golden
+    ratio, modulo one, are spread evenly: see Knuth, The Art of Computer Programming, 6.4.
 
     Adding an array costs some microseconds.
 
@@ -24,26 +29,33 @@ class Sampled:
     :ivar kept: the rows that are kept, in order.
     """
 
-    __slots__ = ('count', 'kept', '_every')
+    __slots__ = ('count', 'kept', '_every', '_places')
 
     def __init__(self, empty: npt.NDArray[Any]) -> None:
         """
         Begin without rows.
 
-        :param empty: (0, ...) an array of the shape and type of the rows.
+        :param empty: an array of the type and shape of the rows.
         """
         self.count = 0
         self.kept = empty
         self._every = 1
+        # The places of the kept rows in the stream, as multiples of the golden ratio, modulo one.
+        self._places: Array = np.empty(0)
 
     def add(self, rows: npt.NDArray[Any]) -> None:
         """Take (N, ...) rows, in order."""
-        self.kept = np.concatenate([self.kept, rows[-self.count % self._every::self._every]])
+        places = np.arange(self.count, self.count + len(rows)) * _GOLDEN % 1.0
         self.count += len(rows)
+        if self._every > 1:
+            chosen = places < 1.0 / self._every
+            rows, places = rows[chosen], places[chosen]
+        self.kept = np.concatenate([self.kept, rows])
+        self._places = np.concatenate([self._places, places])
         while len(self.kept) > 2 * _KEPT:
-            # A view would keep the other rows in memory.
-            self.kept = self.kept[::2].copy()
             self._every *= 2
+            chosen = self._places < 1.0 / self._every
+            self.kept, self._places = self.kept[chosen], self._places[chosen]
 
 
 class Spread:
@@ -54,11 +66,12 @@ class Spread:
     :ivar most: the largest number; minus infinity without numbers.
     """
 
-    __slots__ = ('least', 'most', '_sampled', '_sorted')
+    __slots__ = ('least', 'most', '_sampled', '_sorted', '_total')
 
     def __init__(self) -> None:
         self.least = np.inf
         self.most = -np.inf
+        self._total = 0.0
         self._sampled = Sampled(np.empty(0))
         # The kept numbers in ascending order; computed when first needed.
         self._sorted: Array | None = None
@@ -68,12 +81,18 @@ class Spread:
         """Return how many numbers were added."""
         return self._sampled.count
 
+    @property
+    def kept(self) -> int:
+        """Return how many of them the quantiles are based on."""
+        return len(self._sampled.kept)
+
     def add(self, numbers: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> None:
         """Take (N,) numbers, in order."""
         if not len(numbers):
             return
         self.least = min(self.least, float(numbers.min()))
         self.most = max(self.most, float(numbers.max()))
+        self._total += float(numbers.sum())
         self._sampled.add(numbers)
         self._sorted = None
 
@@ -82,6 +101,16 @@ class Spread:
         if self._sorted is None:
             self._sorted = np.sort(self._sampled.kept)
         return quantiles(self._sorted, parts)
+
+    def part_above(self, number: float) -> float:
+        """Return which part of the numbers is at least as large as this one, from 0 to 1."""
+        kept = self._sampled.kept
+        return float(np.count_nonzero(kept >= number)) / max(len(kept), 1)
+
+    @property
+    def mean(self) -> float:
+        """Return the mean; 0 without numbers."""
+        return self._total / max(self.count, 1)
 
     @property
     def median(self) -> float:

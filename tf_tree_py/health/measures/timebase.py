@@ -15,6 +15,7 @@ import numpy as np
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import ANOTHER_CLOCK
 
+from .arrival_clock import ArrivalStep
 from .spread import median, quantiles
 from .timing import Timing
 
@@ -37,14 +38,17 @@ class _Line:
     :ivar pace: of its stamps relative to the arrivals; None: there are too few samples.
     """
 
-    def __init__(self, timing: Timing, begin: int) -> None:
+    def __init__(self, timing: Timing, begin: int, step: ArrivalStep | None) -> None:
         self.timing = timing
         # A stamp that is repeated was up to date when it arrived first.
-        pairs = timing.pairs.kept[np.unique(timing.pairs.kept[:, 1], return_index=True)[1]]
-        pairs = pairs[np.argsort(pairs[:, 0], kind='stable')]
-        self.received: Array = (pairs[:, 0] - begin).astype(float)
+        received, stamps = timing.pairs.kept[
+            np.unique(timing.pairs.kept[:, 1], return_index=True)[1]].T
+        if step is not None:
+            received = step.correct(received, stamps)
+        order = np.argsort(received, kind='stable')
+        self.received: Array = (received[order] - begin).astype(float)
         # How far stamps are ahead, nanoseconds: small numbers, which avoid rounding errors.
-        self.lead: Array = (pairs[:, 1] - pairs[:, 0]).astype(float)
+        self.lead: Array = (stamps - received)[order].astype(float)
         self.pace: float | None = None
 
     def measure(self, span: float) -> None:
@@ -91,16 +95,18 @@ class Timebase:
     :ivar pace: of the stamps, if the clocks differ.
     """
 
-    def __init__(self, timings: Sequence[Timing]) -> None:
+    def __init__(self, timings: Sequence[Timing], step: ArrivalStep | None = None) -> None:
         """
         Compare the stamps with the arrivals.
 
         :param timings: of edges with both.
+        :param step: of the clock of the arrivals.
         """
+        self._step = step
         self.clocks: list[tuple[list[int], float]] = []
         self.differs, self.pace = False, 1.0
         self._begin = min((int(timing.pairs.kept[:, 0].min()) for timing in timings), default=0)
-        lines = [_Line(timing, self._begin) for timing in timings]
+        lines = [_Line(timing, self._begin, step) for timing in timings]
         self._moment = self._lead = 0.0
         self._knots = self._shape = np.zeros(1)
         if not lines:
@@ -177,7 +183,7 @@ class Timebase:
 
         :return: the arrivals, nanoseconds, and the delays by the clock of the stamps.
         """
-        line = _Line(timing, self._begin)
+        line = _Line(timing, self._begin, self._step)
         received: Array = line.received + self._begin
         if not self.differs:
             return received, -line.lead

@@ -91,8 +91,10 @@ class Timing:
     :ivar delays: from the stamp to the arrival.
     :ivar pairs: (N, 2) arrivals and stamps of samples that are spread evenly over all time.
     :ivar intervals: between successive stamps.
+    :ivar waits: between successive arrivals; the longest begins at ``longest_wait``.
     :ivar longest: the stamp at which the longest interval begins.
-    :ivar duplicates: steps to the same stamp; ``differing`` of them to another pose.
+    :ivar duplicates: samples with the stamp of the one before; ``differing`` of them have another
+        pose. The edge counts them.
     :ivar disorders: steps to an older stamp from which the following stamps do not continue.
     :ivar jumps: steps back from which the stamps continue; ``back`` is the longest of these.
     :ivar whole_seconds: the number of stamps without a fraction of a second.
@@ -104,8 +106,8 @@ class Timing:
 
     def __init__(self) -> None:
         self.count = self.zeros = self.whole_seconds = 0
-        self.first = self.last = self.longest = self.ahead = 0
-        self.delays, self.intervals = Spread(), Spread()
+        self.first = self.last = self.longest = self.longest_wait = self.ahead = 0
+        self.delays, self.intervals, self.waits = Spread(), Spread(), Spread()
         self.pairs = Sampled(np.empty((0, 2), np.int64))
         self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
         self.frozen = Run()
@@ -117,6 +119,11 @@ class Timing:
     def timed(self) -> int:
         """Return how many samples have a stamp other than zero."""
         return self.count - self.zeros
+
+    @property
+    def is_coarse(self) -> bool:
+        """Return whether most stamps repeat the one before, such as whole seconds."""
+        return 2 * self.duplicates > self.timed
 
     @property
     def span(self) -> int:
@@ -143,6 +150,7 @@ class Timing:
         self.zeros += len(rows) - int(np.count_nonzero(rows.stamps))
         known = rows.where(rows.received > 0)
         if len(known):
+            self._add_waits(known.received)
             self.first = self.first or int(known.received[0])
             self.last = int(known.received[-1])
         heard = known.where(known.stamps != 0)
@@ -152,6 +160,14 @@ class Timing:
             self.pairs.add(np.array([received, stamps]).T)
             self.whole_seconds += int(np.count_nonzero(stamps % NANOSECONDS_PER_SECOND == 0))
             self._add_runs(received, stamps)
+
+    def _add_waits(self, received: Stamps) -> None:
+        if self.last:
+            received = np.concatenate([[self.last], received])
+        waits = np.diff(received)
+        if len(waits) and waits.max() > self.waits.most:
+            self.longest_wait = int(received[waits.argmax()])
+        self.waits.add(waits)
 
     def _add_runs(self, received: Stamps, stamps: Stamps) -> None:
         """Measure how long no newer stamp came."""
@@ -195,9 +211,6 @@ class Timing:
         late, ahead = back & (after >= -time // 2), back & (before >= -time // 2)
         onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
         self._add_intervals(steps.stamps[JUDGED][onward], time[onward])
-        same = time == 0
-        self.duplicates += int(np.count_nonzero(same))
-        self.differing += int(np.count_nonzero(same & (steps.size[JUDGED] > 0.0)))
         self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
         self.ahead = max(self.ahead, -int(time[ahead & ~late].min(initial=0)))
         jumps = back & ~late & ~ahead

@@ -66,7 +66,8 @@ _REPORT = _HEAD + """\
 <h2 class="{{ finding.severity }}">{{ finding.severity }} {{ finding.code }}</h2>
 <p><b>{{ finding.frames | join(", ") }}</b></p>
 <p>{{ finding.summary }}</p>
-<table>{% if finding.publishers %}<tr><td>from</td><td>{{ finding.publishers | join(", ") }}</td>
+<table>{% if finding.publishers %}<tr><td>from</td>
+<td>{% if finding.one_of %}one of {% endif %}{{ finding.publishers | join(", ") }}</td>
 </tr>{% endif %}{% if finding.cause %}<tr><td>cause</td><td>{{ finding.cause }}</td></tr>
 {%- endif %}{% if finding.fix %}<tr><td>fix</td><td>{{ finding.fix }}</td></tr>{% endif %}</table>
 {% else %}<p class="fine">no findings</p>{% endfor %}

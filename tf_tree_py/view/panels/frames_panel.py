@@ -226,6 +226,6 @@ def _text(finding: Finding) -> str:
             f'{" → ".join(finding.frames)}')
     lines = [head, finding.summary]
     lines += [f'{name}: {text}' for name, text in (
-        ('from', ', '.join(finding.publishers)), ('cause', finding.cause), ('fix', finding.fix))
+        ('from', finding.senders), ('cause', finding.cause), ('fix', finding.fix))
         if text]
     return '\n'.join(lines)
