@@ -107,6 +107,7 @@ ANSWERS = {
     '/edge_switch/switch_to/vo': ('switching', 'no source has been received yet'),
     '/tf2_buffer_server': ('serving', 'Goal finished with status: SUCCEEDED'),
     '/your_node': ('simulated', 'Boolean value is: True'),
+    '/clock': ('simulated', '(?s)Publisher count: 0.*Node name: your_node.*SUBSCRIPTION'),
 }
 
 

@@ -56,9 +56,9 @@ def judged(source: TreeSource, doctor: Doctor,
     :param interrupted: whether the watch was shorter than requested.
     :raises Cannot: no transform has arrived.
     """
-    doctor.endpoints = source.endpoints()
+    doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
     findings = doctor.findings(source.now())
-    if not findings and not doctor.transforms:
+    if not doctor.transforms and not any(one.severity is Severity.ERROR for one in findings):
         raise nothing_arrived(source)
     return _report(source, doctor, findings, interrupted), findings
 

@@ -13,6 +13,7 @@ from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.messages.observers import Endpoint, Observer
 from tf_tree_py.core.text import shorten
 from tf_tree_py.fleet import FleetError, FleetListener
+from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 
 
 class FleetTree:
@@ -59,6 +60,10 @@ class FleetTree:
     def endpoints(self) -> list[Endpoint]:
         """Return nothing: tokens name the robots, but not their quality of service."""
         return []
+
+    def graph(self) -> RosGraph:
+        """Return nothing: a fleet has no graph."""
+        return NO_GRAPH
 
     def damage(self) -> list[str]:
         """Return why there is no connection, if so, and what was dropped or ignored."""

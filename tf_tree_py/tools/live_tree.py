@@ -7,6 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from functools import partial
 import threading
+import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
@@ -18,17 +19,26 @@ from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.messages.observers import Endpoint, Observer
+from tf_tree_py.core.text import listed
+from tf_tree_py.health.checks.graph import graph_findings
+from tf_tree_py.health.ros_graph import RosGraph
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.threads.internal_node import node_of_its_own
-from tf_tree_py.ros.topics.endpoints import endpoints_of
+from tf_tree_py.ros.topics.endpoints import endpoints_of, graph_beside
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
 from tf_tree_py.ros.topics.side_topics import CovarianceListener, SideTopics
 
+from .missing import hint_of
+
 # How much later than the first transforms static covariances may arrive; the period of checks.
 _MOMENT_S = 1.0
 _GLANCE_S = 0.02
+# By then the nodes have found each other: Fast DDS announces itself every three seconds.
+_SETTLED_S = 4.0
+# At most this many faults that the graph shows are named.
+_MOST_REASONS = 4
 
 
 class LiveTree:
@@ -37,8 +47,6 @@ class LiveTree:
 
     :ivar node: the tool's node, with a hidden name; it is not spun.
     """
-
-    hint = 'does any node publish there with the same ROS_DOMAIN_ID?'
 
     def __init__(self, arguments: Namespace, name: str, observers: Sequence[Observer], *,
                  cache_time: int | None = None) -> None:
@@ -72,6 +80,7 @@ class LiveTree:
         self._diagnostics.subscribe(
             DiagnosticArray, DIAGNOSTICS_TOPIC, partial(_hear, SwitchReports(), self.buffer),
             sensor_qos())
+        self._begin_s = time.monotonic()
         self.name = ' and '.join(self._topics)
         self.now = self.buffer.now
 
@@ -108,6 +117,32 @@ class LiveTree:
     def endpoints(self) -> list[Endpoint]:
         """Return the publishers and subscriptions of the topics in the graph, this tool's too."""
         return endpoints_of(self.node, self._topics)
+
+    def graph(self) -> RosGraph:
+        """Return the publishers of transforms on other topics, and those of simulated time."""
+        settled = time.monotonic() - self._begin_s >= _SETTLED_S
+        return graph_beside(self.node, self._topics, settled=settled)
+
+    @property
+    def hint(self) -> str:
+        """Return what the graph shows; what to check, as long as that explains nothing."""
+        graph, endpoints = self.graph(), self.endpoints()
+        senders = sorted({one.node or 'an unknown node' for one in endpoints if one.publishes})
+        faults = graph_findings(graph, endpoints)[:_MOST_REASONS]
+        reasons = [hint_of(fault) for fault in faults]
+        if senders:
+            verb = 'publishes' if len(senders) == 1 else 'publish'
+            reasons.insert(0, f'{listed(senders)} {verb} there, but nothing has arrived')
+        elif not graph.elsewhere:
+            reasons.insert(0, self._without_publisher(graph.settled))
+        return '. '.join(reasons)
+
+    def _without_publisher(self, settled: bool) -> str:
+        domain = self.node.context.get_domain_id()
+        if not settled:
+            return f'does any node publish there with the same ROS_DOMAIN_ID, which is {domain}?'
+        return ('no node publishes tf2_msgs/msg/TFMessage on any topic. Do the nodes run, on this '
+                f'network and with the ROS_DOMAIN_ID {domain}, as this tool does?')
 
     def damage(self) -> list[str]:
         """Return nothing: observers are notified of unreadable messages."""

@@ -20,6 +20,7 @@ from tf_tree_py.core.messages.byte_cursor import cursor_of, WireError
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 
 _CLOCK = '/clock'
@@ -95,6 +96,10 @@ class RecordedTree:
         """Return the publishers, as far as the bag contains them."""
         return [Endpoint(source.topic, source.static, source.publisher, True, source.reliable,
                          not source.volatile) for source in self._bag.sources]
+
+    def graph(self) -> RosGraph:
+        """Return nothing: a recording has no graph."""
+        return NO_GRAPH
 
     def now(self) -> int:
         """Return the time when the last message was received, by the clock of the stamps."""

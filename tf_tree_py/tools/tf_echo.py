@@ -29,6 +29,7 @@ from tf_tree_py.reports import explanation_text
 from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Explanation
 from tf_tree_py.reports.plain_text import FORMS
 
+from .missing import Hint, hints_of_graph, Refusals
 from .tree_source import add_source, frame, nothing_arrived, open_source, stamp, TreeSource
 
 NAME = 'tf_echo'
@@ -78,8 +79,9 @@ def _work(argv: Sequence[str]) -> int:
     if arguments.explain and not arguments.json:
         console()  # a missing package has to be reported first, and not in the middle
     window = UNLIMITED if arguments.at != LATEST else DEFAULT_CACHE_TIME
-    printer = _Printer(arguments)
-    with open_source(arguments, NAME, cache_time=window) as source:
+    refusals = Refusals(recorded=arguments.bag is not None)
+    with open_source(arguments, NAME, [refusals], cache_time=window) as source:
+        printer = _Printer(arguments, source, refusals)
         with suppress(KeyboardInterrupt):
             for explanation in _asked(source, arguments):
                 printer.show(explanation)
@@ -134,23 +136,49 @@ class _Printer:
     :ivar answered: whether a lookup succeeded.
     """
 
-    def __init__(self, arguments: Namespace) -> None:
+    def __init__(self, arguments: Namespace, source: TreeSource, refusals: Refusals) -> None:
         self.answered = False
         self._arguments = arguments
+        self._source, self._refusals = source, refusals
         self._missing = ''
         self._last = LATEST
+        self._hinted: set[str] = set()
 
     def show(self, explanation: Explanation) -> None:
         """Print one result."""
         self.answered = self.answered or explanation.pose is not None
+        hints = self._hints(explanation)
+        if self._is_new(explanation):
+            self._hinted.clear()
         if self._arguments.json:
-            print_json_line({'version': VERSION, **explanation.as_dict()})
+            print_json_line({'version': VERSION, **explanation.as_dict(),
+                             'hints': [hint.text for hint in hints]})
         elif explanation.pose is None:
             self._print_missing(explanation)
         else:
             self._missing = ''
             self._print_answer(explanation)
-            self._last = explanation.stamp
+        self._print_new(hints)
+        self._last = explanation.stamp
+
+    def _hints(self, explanation: Explanation) -> list[Hint]:
+        """Return what may explain that there is no answer, or none with new data."""
+        refused = list(self._refusals.hints(explanation.edges, explanation.now))
+        if self._is_new(explanation):
+            return []
+        return refused + hints_of_graph(self._source.graph(), explanation)
+
+    def _is_new(self, explanation: Explanation) -> bool:
+        """Return whether there is an answer, from newer data than the last one or static."""
+        return explanation.pose is not None and (
+            explanation.slowest is None or explanation.stamp != self._last)
+
+    def _print_new(self, hints: Sequence[Hint]) -> None:
+        """Print the hints that were not printed since the last new data."""
+        for hint in hints:
+            if hint.about not in self._hinted and not self._arguments.json:
+                print(f'  {shown(hint.text, 2000)}', flush=True)
+        self._hinted.update(hint.about for hint in hints)
 
     def _print_missing(self, explanation: Explanation) -> None:
         text = '\n'.join(_missing(explanation))
@@ -172,7 +200,7 @@ class _Printer:
 
     def _remark(self, explanation: Explanation) -> str:
         slowest = explanation.slowest
-        if slowest is None or explanation.stamp != self._last:
+        if slowest is None or self._is_new(explanation):
             return ''
         return f'  no new data of {_edge(slowest)}'
 

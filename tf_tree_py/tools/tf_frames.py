@@ -24,6 +24,7 @@ from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.core.tree.outline import branches
 from tf_tree_py.core.whole_files import write_whole
 from tf_tree_py.health.checks.finding import Finding, Severity
+from tf_tree_py.health.checks.graph import GRAPH_CODES
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.reports.drawings import (
     as_dot,
@@ -38,6 +39,7 @@ from tf_tree_py.reports.drawings import (
 )
 from tf_tree_py.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 
+from .missing import hint_of
 from .tree_source import add_source, nothing_arrived, open_source, TreeSource
 
 _PATIENCE_S = 60.0
@@ -251,7 +253,7 @@ def _work(argv: Sequence[str], output: str = '') -> int:
     with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
         with suppress(KeyboardInterrupt):
             source.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
-        doctor.endpoints = source.endpoints()
+        doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
         findings = doctor.findings(source.now())
         if not doctor.transforms:
             raise nothing_arrived(source)
@@ -259,7 +261,9 @@ def _work(argv: Sequence[str], output: str = '') -> int:
                   if one.stale}
         graph = frame_graph(source.buffer, source.now(), list(_refused(findings)), silent)
     errors = [one for one in findings if one.severity is Severity.ERROR]
-    _show(graph, source, arguments, [one for one in errors if one.code not in _DRAWN])
+    _show(graph, source, arguments, [
+        one for one in findings if one.code in GRAPH_CODES or (
+            one.severity is Severity.ERROR and one.code not in _DRAWN)])
     return FOUND if errors else FINE
 
 
@@ -275,14 +279,14 @@ def _plain(graph: FrameGraph, source: TreeSource) -> dict[str, Any]:
 
 
 def _show(graph: FrameGraph, source: TreeSource, arguments: Namespace,
-          errors: Sequence[Finding]) -> None:
+          findings: Sequence[Finding]) -> None:
     if arguments.output is not None:
         _write(graph, source, arguments.output)
         print(f'{len(graph.frames)} frames: {arguments.output}')
     elif arguments.json:
         print_json(_plain(graph, source))
     else:
-        _print(graph, source, errors)
+        _print(graph, source, findings)
 
 
 def _check(path: Path) -> None:
@@ -306,7 +310,7 @@ def _write(graph: FrameGraph, source: TreeSource, path: Path) -> None:
 
 # --- for people
 
-def _print(graph: FrameGraph, source: TreeSource, errors: Sequence[Finding]) -> None:
+def _print(graph: FrameGraph, source: TreeSource, findings: Sequence[Finding]) -> None:
     out = console()
     text = needs('rich.text', 'rich').Text
     edges = {edge.info.child: edge for edge in graph.edges}
@@ -326,8 +330,9 @@ def _print(graph: FrameGraph, source: TreeSource, errors: Sequence[Finding]) -> 
     out.print(text(f'{shown(source.name)}: {len(graph.frames)} frames, {len(graph.edges)} edges'))
     for remark in graph.remarks:
         out.print(styled(remark, 'error' if 'loop' in remark else 'warning'))
-    for error in errors:
-        out.print(styled(f'{error.code}: {error.summary}', 'error'))
+    for one in findings:
+        words = hint_of(one) if one.code in GRAPH_CODES else one.summary
+        out.print(styled(f'{one.code}: ', one.severity.value).append(shown(words, 1000)))
 
 
 def _lead(lead: str, most: int) -> str:

@@ -27,6 +27,7 @@ from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.monitor import Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
 
+from .missing import Hint, hint_of, hints_of_graph
 from .tree_source import add_source, frame, nothing_arrived, open_source, TreeSource
 
 NAME = 'tf_monitor'
@@ -62,6 +63,7 @@ class TableContent(NamedTuple):
 
     :ivar findings: errors and warnings, the worst first.
     :ivar chain: the lookup between the two requested frames, if any.
+    :ivar hints: what the ROS graph shows, if nothing has arrived or that lookup has no answer.
     """
 
     source: str
@@ -70,6 +72,7 @@ class TableContent(NamedTuple):
     rows: list[Watched]
     findings: list[Finding]
     chain: Explanation | None
+    hints: list[Hint]
 
 
 def _parser() -> Parser:
@@ -106,7 +109,7 @@ def _looks(source: TreeSource, doctor: Doctor, arguments: Namespace) -> Iterator
     while True:
         source.watch(arguments.period if live else arguments.seconds)
         now = time.monotonic()
-        doctor.endpoints = source.endpoints()
+        doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
         yield _look(source, doctor, monitor, arguments, now)
         if not live or (arguments.seconds and now - begin >= arguments.seconds):
             return
@@ -121,8 +124,10 @@ def _look(source: TreeSource, doctor: Doctor, monitor: Monitor, arguments: Names
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]
+    lacks = not doctor.transforms or (chain is not None and bool(chain.problem))
+    hints = hints_of_graph(doctor.graph, chain) if lacks else []
     return TableContent(source.name, doctor.transforms, doctor.watched / 1e9, rows, findings,
-                        chain)
+                        chain, hints)
 
 
 def _named(rows: Sequence[Watched], source: TreeSource) -> list[Watched]:
@@ -147,7 +152,8 @@ class _Pipe(nullcontext[None]):
             'version': VERSION, 'source': look.source, 'transforms': look.transforms,
             'watched_s': look.watched_s, 'edges': [row.as_dict() for row in look.rows],
             'findings': [finding.as_dict() for finding in look.findings],
-            'problem': look.chain.problem if look.chain else ''})
+            'problem': look.chain.problem if look.chain else '',
+            'hints': [hint.text for hint in look.hints]})
 
 
 # --- for people
@@ -187,18 +193,22 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:
     if look.chain is not None and look.chain.problem:
         for line in look.chain.problem.split('\n'):  # the hint of an error is a line of its own
             yield styled(line, 'warning')
-    findings = look.findings[:_MOST_FINDINGS]
+    for hint in look.hints:
+        yield styled('', 'warning').append(shown(hint.text, 1000))
+    hinted = {hint.text for hint in look.hints}
+    findings = [one for one in look.findings[:_MOST_FINDINGS] if hint_of(one) not in hinted]
     room = len(look.rows) if most is None else max(3, most - len(findings))
     yield table(*_without_empty(_HEADINGS, [_cells(row) for row in look.rows[:room]]), _NUMBERS)
     if len(look.rows) > room:
         yield text(f'and {len(look.rows) - room} more edges')
     for finding in findings:
         line = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
-        line.append(f'  {shown(listed(finding.frames, longest=60))}', style='none')
+        what = listed(finding.frames, longest=60) or finding.summary
+        line.append(f'  {shown(what)}', style='none')
         line.truncate(200)
         yield line
-    if len(look.findings) > len(findings):
-        yield text(f'and {len(look.findings) - len(findings)} more findings: tf_doctor')
+    if len(look.findings) > _MOST_FINDINGS:
+        yield text(f'and {len(look.findings) - _MOST_FINDINGS} more findings: tf_doctor')
 
 
 def _without_empty(headings: Sequence[str], rows: list[list[Any]]

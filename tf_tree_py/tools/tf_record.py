@@ -254,6 +254,7 @@ class _Watcher:
 
     def _findings(self) -> list[Finding]:
         self._doctor.endpoints = self._source.endpoints()
+        self._doctor.graph = self._source.graph()
         return [one for one in self._doctor.findings() if one.severity is not Severity.NOTE]
 
 

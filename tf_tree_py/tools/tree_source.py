@@ -20,6 +20,7 @@ from tf_tree_py.command.arguments import names, Parser
 from tf_tree_py.command.endings import Cannot, needs_ros
 from tf_tree_py.core.messages.observers import Endpoint, Observer
 from tf_tree_py.core.stamp import FOREVER, NANOSECONDS_PER_SECOND, UNLIMITED
+from tf_tree_py.health.ros_graph import RosGraph
 
 _TOPICS = """\
 ROS remappings of topics and names: --ros-args -r /tf:=/robot1/tf, -r __ns:=/robot1"""
@@ -90,11 +91,13 @@ class TreeSource(Protocol):
     A source of a tree.
 
     :ivar name: its description, for people.
-    :ivar hint: what to check if nothing arrives.
     """
 
     name: str
-    hint: str
+
+    @property
+    def hint(self) -> str:
+        """Return what to check if nothing arrives."""
 
     @property
     def buffer(self) -> BufferCore:
@@ -114,6 +117,9 @@ class TreeSource(Protocol):
 
     def endpoints(self) -> list[Endpoint]:
         """Return the publishers and subscriptions of its topics, as far as they are known."""
+
+    def graph(self) -> RosGraph:
+        """Return what else the ROS graph shows; nothing without ROS."""
 
     def now(self) -> int:
         """Return the time by the clock of the arrivals, nanoseconds; 0: there is none yet."""

@@ -15,19 +15,21 @@ import time
 from typing import Any
 
 from rclpy.exceptions import InvalidHandle
-from rclpy.node import Node
+from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from tf_tree_py.core.messages.incidents import Incident, Kind, one_of
 from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.duplicate_streams import DuplicateStreams, Edge
+from tf_tree_py.health.ros_graph import RosGraph
 
-from ..threads.internal_node import is_running
+from ..threads.internal_node import is_running, USE_SIM_TIME
 
 _REFRESH_S = 1.0
 _RETRY_S = 0.05
 # The graph's name of an endpoint before its node has announced itself.
 _UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
+_TYPE = 'tf2_msgs/msg/TFMessage'
 
 
 class PublisherNames:
@@ -124,10 +126,36 @@ def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
             for info in infos]
 
 
+def _known_name(info: Any) -> str:
+    name = node_name(info)
+    return '' if name == _UNNAMED else name
+
+
+def graph_beside(node: Node, topics: Mapping[str, bool], *, settled: bool) -> RosGraph:
+    """
+    Return the publishers of transforms on other topics, and those of simulated time.
+
+    :param node: reads the graph; nodes with hidden names, such as this package's and those of
+        the ``ros2`` command, do not count as users of simulated time.
+    :param topics: the full names of the topics of transforms that are read.
+    :param settled: whether all nodes have had the time to appear in the graph.
+    """
+    others = [topic for topic, types in node.get_topic_names_and_types()
+              if _TYPE in types and topic not in topics]
+    clock = node.resolve_topic_name('/clock')
+    return RosGraph(
+        [_endpoint(info, topic, info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
+                   True) for topic in others for info in node.get_publishers_info_by_topic(topic)],
+        clock, [_known_name(info) for info in node.get_publishers_info_by_topic(clock)],
+        [node_name(info) for info in node.get_subscriptions_info_by_topic(clock)
+         if not info.node_name.startswith(HIDDEN_NODE_PREFIX)],
+        bool(node.get_parameter(USE_SIM_TIME).value), settled)
+
+
 def _endpoint(info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
     qos = info.qos_profile
     return Endpoint(
-        topic, static, node_name(info), publishes,
+        topic, static, _known_name(info), publishes,
         qos.reliability != ReliabilityPolicy.BEST_EFFORT,
         qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
 
