@@ -19,10 +19,12 @@ for level in (2, 1):
 
 from edge_faults import ERRORS, WARNINGS  # noqa: E402
 import numpy as np  # noqa: E402
-from robot_model import Edge, Robot, SECOND  # noqa: E402
+from robot_model import BEGIN, Edge, Robot, SECOND  # noqa: E402
 from tf_tree_py.core.messages.observers import Observer  # noqa: E402
 from tf_tree_py.health.measures.thresholds import Thresholds  # noqa: E402
 from tf_tree_py.tools.tree_source import open_source  # noqa: E402
+
+DAY = 86_400 * SECOND
 
 
 class Kept(Observer):
@@ -43,18 +45,19 @@ class Recorded(Robot):
 
     def __init__(self, samples):
         self.rng, self.edges, self.authority = np.random.default_rng(0), {}, ''
-        received, stamps = ([each[column] for (_, _, static), columns in samples.items()
-                             for each in columns if not static] for column in (0, 1))
-        self.seconds = (max(received) - min(received)) / SECOND
-        self.first, begin = min(stamps) // SECOND, min(received)
-        self.lead = min(stamps) / SECOND - self.first
+        received, stamps = (np.array([each[column] for (_, _, static), columns in samples.items()
+                                      for each in columns if not static]) for column in (0, 1))
+        self.seconds = float(np.ptp(received)) / SECOND
+        first = int(stamps.min()) // SECOND * SECOND
+        # The arrivals of a simulation, or of another computer, go by a clock of their own.
+        shared = abs(np.median(received - stamps)) < DAY
+        self.first, begin = (BEGIN, first) if shared else (first // SECOND, int(received.min()))
+        self.lead = (int(stamps.min()) - first) / SECOND
         for (parent, child, static), columns in samples.items():
             received, stamps, poses = zip(*columns, strict=True)
             self.edges[parent, child, static] = Edge(
-                parent, child, np.array([stamp - min(stamps) for stamp in stamps]) / SECOND
-                + (0.0 if static else min(stamps) / SECOND - self.first),
-                np.array([each - begin for each in received]) / SECOND, np.array(poses), '',
-                static)
+                parent, child, (np.array(stamps) - (0 if static else first)) / SECOND,
+                (np.array(received) - begin) / SECOND, np.array(poses), '', static)
 
     @property
     def origin(self):

@@ -37,7 +37,7 @@ _FEW = 8
 # A computer is not silent for longer than this: a month.
 _LONG = from_seconds(30 * 86_400.0)
 # The middle 80 % of a regular edge's intervals span less than this part of the usual or the mean
-# interval.
+# interval, whichever is shorter.
 _JITTER = 1.2
 # An excess of this, divided by the root of the number of intervals, may be chance.
 _CHANCE = 2.5
@@ -216,9 +216,8 @@ def _is_irregular(moving: MovingEdge) -> bool:
     intervals = moving.timing.intervals
     short, usual, long = intervals.at(0.1, 0.5, 0.9)
     limit = _JITTER + _CHANCE / math.sqrt(max(intervals.kept, 1))
-    # Of stamps that are rounded, the median may be much shorter than the mean, and the step of the
-    # rounding is no longer than the shortest interval.
-    limit = limit * max(usual, intervals.mean) + intervals.least
+    # The step of stamps that are rounded is no longer than the shortest interval.
+    limit = limit * min(usual, intervals.mean) + intervals.least
     return intervals.count >= _SEVERAL and long - short > limit
 
 
