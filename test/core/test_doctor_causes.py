@@ -214,6 +214,18 @@ def test_fault_beside_a_step_of_the_recorders_clock_is_found():
         'two_publishers', 'recorder_clock'}
 
 
+@pytest.mark.parametrize('step', [-2.0, 2.0])
+def test_gap_beside_a_step_of_the_recorders_clock_is_found(step):
+    robot = Robot(seconds=60.0)
+    keep(robot.edges['arm'], (robot.edges['arm'].stamps < 10.0) | (
+        robot.edges['arm'].stamps > 15.0))
+    for edge in robot.edges.values():
+        edge.received = edge.received + step * (edge.received > 30.0)
+    found = worth_reporting(robot, Doctor(recorded=True))
+    assert {one.code for one in found} == {'gap', 'recorder_clock'}
+    assert [one.frames for one in found if one.code == 'gap'] == [('base', 'arm')]
+
+
 def test_computer_that_starts_in_1970_has_no_slow_edges():
     robot = Robot(seconds=60.0)
     for edge in robot.edges.values():

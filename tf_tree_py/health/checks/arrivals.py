@@ -17,7 +17,7 @@ from ..measures.edge_record import EdgeRecord
 
 @check(Severity.WARNING,
        explains=('jump_back', 'out_of_order', 'irregular_rate', 'interpolated_jump', 'pose_jump',
-                 'outlier', 'skew', 'gap', 'static_late'),
+                 'outlier', 'skew'),
        catches='a clock of the receiving computer that was set while it received',
        cause='NTP or chrony set the clock of the computer that recorded or listened in one step',
        fix='set the clock before the nodes start, and let chrony slew it afterwards (makestep '
@@ -73,7 +73,7 @@ class _Backlog(NamedTuple):
                     'the stamps of this edge')
 def delayed(case: Case) -> Iterator[Remark]:
     """Find edges of which 5 % of the samples arrive later than the limit."""
-    late = [(edge, delays) for edge, delays in _late_edges(case)]
+    late = list(_late_edges(case))
     backlogs = [found for edge, delays in late
                 if (found := _backlog_of(case, edge, delays)) is not None]
     for group in _at_the_same_time(backlogs):

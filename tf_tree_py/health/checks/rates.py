@@ -15,6 +15,7 @@ from tf_tree_py.core.stamp import (
     is_dead,
     is_silent,
     mean_interval,
+    MISSED,
     SILENCE,
     silence_allowed,
 )
@@ -52,7 +53,7 @@ _CHANCE = 2.5
 def gap(case: Case) -> Iterator[Remark]:
     """Find the longest gap of each edge, if it is too long for the edge's rate."""
     silent = [(edge, moving) for edge, moving in case.moving()
-              if _is_gap(moving)
+              if _is_gap(case, moving)
               # Its messages went on, with a stamp that was frozen.
               and not (is_frozen(moving) and moving.timing.longest == moving.timing.frozen.stamp)]
     at_once = _at_once(case, silent)
@@ -85,12 +86,15 @@ def _by_arrival(edge: EdgeRecord, timing: Timing) -> Iterator[Remark]:
             f'{format_span(round(usual))}', {'longest_s': longest / 1e9, 'usual_s': usual / 1e9})
 
 
-def _is_gap(moving: MovingEdge) -> bool:
+def _is_gap(case: Case, moving: MovingEdge) -> bool:
     timing = moving.timing
     # Late stamps make single intervals longer; but of a few intervals, one may be the gap.
     usual = timing.intervals.at(0.75)[0] if timing.intervals.count >= _FEW else 0.0
-    return timing.interval > 0.0 and is_silent(
-        timing.intervals.most, max(timing.interval, usual))
+    usual = max(timing.interval, usual)
+    # Where the clock of the arrivals was set back, stamps alternate by as much.
+    of_clock = case.arrival_step is not None and abs(
+        timing.intervals.most + case.arrival_step.step) < MISSED * usual
+    return timing.interval > 0.0 and is_silent(timing.intervals.most, usual) and not of_clock
 
 
 # The other edges are too slow to show whether they were silent, too.

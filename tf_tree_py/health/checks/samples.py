@@ -61,7 +61,7 @@ def unreadable(case: Case) -> Iterator[Remark]:
 
 
 @check(Severity.ERROR,
-       explains=('gap', 'irregular_rate', 'stale'),
+       explains=('gap', 'irregular_rate'),
        catches='a stamp whose nanosec is a second or more',
        cause='a driver that computes nanosec wrongly: it subtracts below zero, or puts all '
              'microseconds since 1970 there; both wrap at 2^32',

@@ -154,7 +154,6 @@ def _jumps(steps: Steps, part: int, rates: Array, limit: float) -> npt.NDArray[n
     :param part: 0: of their translation, 1: of their rotation.
     :param rates: of that part, metres or radians per second.
     :param limit: of the rates.
-    :param of_two: sizes over two rows.
     :return: (3, N - 4) for N rows.
     """
     sizes = steps.sizes[part]

@@ -4,8 +4,8 @@
 """
 Samples of one edge that go to and fro, and whether only two publishers can have sent them.
 
-Only positions in space are compared. A publisher may stamp a sample late by any part of its
-period, which moves the sample along the path of the edge in time, but not beside that path.
+A publisher may stamp a sample late by any part of its period. That does not make it go to and fro:
+see ``Steps.aside``.
 """
 
 import math
