@@ -228,8 +228,8 @@ def _of_groups(case: Case, leading: Sequence[_Late]) -> Remark:
         {'ahead': len(ahead), 'behind': len(behind), 'apart_s': apart / 1e9},
         cause='two clocks, or a node that stamps too early or too late by a constant. The stamps '
               'are of another clock than the arrivals, so they do not show which group is right',
-        fix='ros2 topic delay of a sensor that each computer sends, with use_sim_time if it is '
-            'set, shows which group differs from the clock')
+        fix='compare both with the clock: ros2 topic delay TOPIC --use-sim-time prints the delay '
+            'of a sensor, which has the clock of its computer')
 
 
 def _are(edges: Sequence[EdgeRecord]) -> str:
