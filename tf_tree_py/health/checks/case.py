@@ -1,13 +1,9 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-All measurements of a tree, and the values that several checks compute from them.
+"""All measurements of a tree, and the values that several checks compute from them."""
 
-Also the connected pieces of a tree, and whether they are separate robots.
-"""
-
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -18,6 +14,7 @@ from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.stamp import from_seconds, silence_allowed
 
+from .pieces import pieces_of
 from ..measures.arrival_clock import arrival_step, ArrivalStep
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents
 from ..measures.spread import median, quantiles
@@ -25,44 +22,6 @@ from ..measures.thresholds import Thresholds
 from ..measures.timebase import Timebase
 from ..measures.timing import ClockStep, Timing
 from ..ros_graph import NO_GRAPH, RosGraph
-
-
-def pieces_of(edges: Iterable[tuple[str, str]]) -> list[list[str]]:
-    """Return the frames of each connected piece of a tree, the largest first."""
-    neighbours: dict[str, list[str]] = {}
-    for parent, child in edges:
-        neighbours.setdefault(parent, []).append(child)
-        neighbours.setdefault(child, []).append(parent)
-    pieces, seen = [], set[str]()
-    for frame in neighbours:
-        if frame not in seen:
-            pieces.append(_reached(frame, neighbours))
-            seen.update(pieces[-1])
-    return sorted(pieces, key=len, reverse=True)
-
-
-def are_robots(pieces: Sequence[Sequence[str]]) -> bool:
-    """Return whether each piece has a prefix of its own, such as ``robot1``."""
-    prefixes = [_prefix(piece) for piece in pieces]
-    return len(set(prefixes)) == len(pieces) and '' not in prefixes
-
-
-def _prefix(piece: Sequence[str]) -> str:
-    prefixes = {frame.partition('/')[0] if '/' in frame else '' for frame in piece}
-    return prefixes.pop() if len(prefixes) == 1 else ''
-
-
-def _reached(frame: str, neighbours: Mapping[str, Sequence[str]]) -> list[str]:
-    reached, waiting = {frame: None}, [frame]
-    while waiting:
-        for other in neighbours[waiting.pop()]:
-            if other not in reached:
-                reached[other] = None
-                waiting.append(other)
-    return list(reached)
-
-
-# --- the case
 
 # The number of samples before and after a step that are compared.
 _AROUND = 20

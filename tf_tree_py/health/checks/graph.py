@@ -8,9 +8,10 @@ from collections.abc import Collection, Iterator, Sequence
 from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.text import listed
 
-from .case import are_robots, Case
+from .case import Case
 from .check import check, Remark
 from .finding import Finding, Severity
+from .pieces import are_robots
 from .structure import late_joiner, qos_mismatch
 from ..measures.thresholds import Thresholds
 from ..ros_graph import RosGraph

@@ -11,10 +11,11 @@ from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.stamp import format_span, from_seconds
 from tf_tree_py.core.text import listed, shorten, times
 
-from .case import are_robots, Case
+from .case import Case
 from .check import authorities_of, check, names_of, of_edge, of_edges, of_trouble, Remark
 from .clocks import was_short
 from .finding import Severity
+from .pieces import are_robots
 from ..measures.edge_record import EdgeRecord, MovingEdge
 
 _SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
