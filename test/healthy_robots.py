@@ -147,9 +147,9 @@ def _flicker(robot, t, habits):
 
 
 def _vibrate(robot, t, habits):
-    """Vibrate near half the rate of the samples, by the uptime's last digit."""
-    near = (0.42 + 0.01 * (habits.uptime % 10)) * habits.rate_hz
-    return planar(0.3 * t, 0.02 * np.sin(2.0 * np.pi * near * t), 0.0 * t)
+    """Vibrate near half the rate of the samples, by the uptime's last digit, with up to 40 g."""
+    near = 2.0 * np.pi * (0.42 + 0.01 * (habits.uptime % 10)) * habits.rate_hz
+    return planar(0.3 * t, min(0.02, 400.0 / near**2) * np.sin(near * t), 0.0 * t)
 
 
 def _stop_and_go(robot, t, habits):

@@ -35,7 +35,10 @@ def recorder_clock(case: Case) -> Iterator[Remark]:
             f'set {"forward" if step.step > 0 else "back"} by {format_span(abs(step.step))} at '
             f'{format_stamp(step.received)} s: the receive times of all {len(edges)} edges that '
             'move jump by as much, and their stamps do not',
-            {'edges': len(edges), 'step_s': step.step / 1e9, 'received_s': step.received / 1e9})
+            {'edges': len(edges), 'step_s': step.step / 1e9, 'received_s': step.received / 1e9},
+            cause='' if step.step < 0 or step.corrects else
+            'NTP or chrony set the clock of the computer that recorded or listened in one step; '
+            'or all messages took longer by as much from then on, such as on another network')
 
 
 # With fewer samples than this, a delay is not judged; with fewer than the second, a fit of the

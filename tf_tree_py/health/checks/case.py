@@ -3,7 +3,7 @@
 
 """All measurements of a tree, and the values that several checks compute from them."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -29,8 +29,8 @@ _AROUND = 20
 _SEVERAL, _DRIFTS, _LEAST_DRIFT = 20, 0.003, from_seconds(0.1)
 # Metres, and radians per second: what is seen by a camera moves more, a joint about its axis less.
 _FREELY = 1e-3
-# Radians per second: a robot that stands seems to turn slower than a wheel, because of noise.
-_TURNING = 0.5
+# Metres, or radians, per second: what corrects or stands moves no faster.
+_SLOWLY = 0.05
 # Of more edges than this, one more hardly changes the median.
 _MANY = 30
 # A frozen stamp may be this old.
@@ -141,6 +141,19 @@ def timing_of(edge: EdgeRecord) -> Timing:
     """Return the timing of a moving edge."""
     assert edge.moving is not None
     return edge.moving.timing
+
+
+def _may_correct(moving: MovingEdge, below: Iterable[MovingEdge]) -> bool:
+    """Return whether an edge moves no faster than one below it, and does not turn in place."""
+    motion = moving.motion
+    if motion.moved and motion.travelled <= _FREELY:
+        return False
+    rests = max(motion.speeds.median, motion.turn_rates.median) <= _FREELY
+    # A localiser may correct by large steps, but seldom.
+    speed, turn_rate = motion.speeds.at(0.75)[0], motion.turn_rates.at(0.75)[0]
+    return any(speed <= max(other.motion.speeds.at(0.75)[0], _SLOWLY)
+               and turn_rate <= max(other.motion.turn_rates.at(0.75)[0], _SLOWLY)
+               or rests and not other.motion.moved for other in below)
 
 
 def is_frozen(moving: MovingEdge) -> bool:
@@ -264,9 +277,31 @@ class Case:
         """
         Return whether an edge is a localiser's correction of a moving edge below it.
 
-        REP 105's map -> odom is one: its parent is a root, and its child has an edge that drives.
+        REP 105's map -> odom is one: above it there are only corrections and static edges, and it
+        moves no faster than an edge below it.
         """
-        return edge.parent in self.roots and edge.child in self._parents_of_moving
+        return edge.frames in self._corrected[0]
+
+    def is_fixed(self, frame: str) -> bool:
+        """Return whether there are only corrections and static edges above a frame, or none."""
+        return frame in self._corrected[1]
+
+    @cached_property
+    def _corrected(self) -> tuple[set[Edge], set[str]]:
+        """Return the corrections, and the frames that are fixed."""
+        below: dict[str, list[MovingEdge]] = {}
+        for edge, moving in self.moving():
+            below.setdefault(edge.parent, []).append(moving)
+        corrections, fixed = set[Edge](), {*self.roots}
+        for edge in self.downward:
+            if edge.parent not in fixed:
+                continue
+            if edge.moving is None:
+                fixed.add(edge.child)
+            elif _may_correct(edge.moving, below.get(edge.child, ())):
+                corrections.add(edge.frames)
+                fixed.add(edge.child)
+        return corrections, fixed
 
     def is_of_trunk(self, edge: EdgeRecord) -> bool:
         """
@@ -280,13 +315,6 @@ class Case:
     @cached_property
     def _parents(self) -> set[str]:
         return {edge.parent for edge in self.edges}
-
-    @cached_property
-    def _parents_of_moving(self) -> set[str]:
-        """Return the parents of edges that may drive: a wheel turns, but stays in its place."""
-        return {edge.parent for edge, moving in self.moving()
-                if moving.motion.travelled > _FREELY
-                or moving.motion.turn_rates.at(0.95)[0] < _TURNING}
 
     def still_seen(self, edge: EdgeRecord) -> list[EdgeRecord]:
         """
@@ -373,6 +401,24 @@ class Case:
             return self._all_delays
         others = [delays for frames, delays in self.delays.items() if frames != edge.frames]
         return _medians(others) if others else None
+
+    def earliest_behind(self, edge: EdgeRecord, by: float) -> float:
+        """
+        Return the shortest of the early delays of edges that are usually later; 0: there are none.
+
+        :param by: how much later at least, nanoseconds.
+        """
+        usual, early = self._earliest
+        place = int(np.searchsorted(usual, self.delays[edge.frames].usual + by, 'right'))
+        return float(early[place]) if place < len(early) else 0.0
+
+    @cached_property
+    def _earliest(self) -> tuple[Array, Array]:
+        """Return the usual delays, sorted, and the shortest early delay of each and all later."""
+        ordered = sorted(self.delays.values(), key=lambda delays: delays.usual)
+        early = np.array([delays.early for delays in ordered])
+        return (np.array([delays.usual for delays in ordered]),
+                np.minimum.accumulate(early[::-1])[::-1])
 
     @cached_property
     def _all_delays(self) -> Delays:

@@ -25,9 +25,8 @@ _FAR_BEHIND, _AS_STEADY = from_seconds(0.2), 1.5
 # A node post-dates by at most the first, and by a constant within the others. AMCL post-dates by
 # one second unless its user changes it.
 _POST_DATED, _NEARLY, _NEARLY_PART, _BURST = from_seconds(2.0), from_seconds(0.2), 0.5, 3.0
-# All moving edges are recorded twice for at most this long after the clock was set back, and go to
-# and fro at least this often.
-_TWICE, _TURNS = from_seconds(10.0), 5
+# All moving edges are recorded twice for at most this long after the clock was set back.
+_TWICE = from_seconds(10.0)
 # The offsets of edges from one computer differ by less than this.
 _ALIKE = from_seconds(0.05)
 # One stamp that is further ahead than a buffer's window makes all good data too old.
@@ -81,13 +80,13 @@ def clock_step(case: Case) -> Iterator[Remark]:
             'their messages continued to arrive',
             {'edges': len(edges), 'step_s': largest.step / 1e9,
              'received_s': largest.received / 1e9})
-    overlap = _overlap(moving)
-    if overlap and case.arrival_step is None:
+    twice = overlap(moving)
+    if twice and case.arrival_step is None:
         edges = [edge for edge in moving if edge.moving and edge.moving.motion.turns.all]
         yield _of_clock(
-            edges, f'recorded twice for {format_span(overlap)}: the clock of the sender and of '
+            edges, f'recorded twice for {format_span(twice)}: the clock of the sender and of '
             'the recorder was set back by as much', {'edges': len(edges),
-                                                     'step_s': -overlap / 1e9})
+                                                     'step_s': -twice / 1e9})
 
 
 def _together(case: Case) -> Iterator[list[tuple[EdgeRecord, ClockStep]]]:
@@ -105,11 +104,11 @@ def _together(case: Case) -> Iterator[list[tuple[EdgeRecord, ClockStep]]]:
         yield group
 
 
-def _overlap(edges: Sequence[EdgeRecord]) -> int:
+def overlap(edges: Sequence[EdgeRecord]) -> int:
     """Return how long all moving edges seem to have had two publishers, if it was short."""
     moving = [edge.moving for edge in edges if edge.moving and edge.moving.motion.moved]
-    turning = [edge for edge in moving if edge.motion.turns.all >= _TURNS]
-    if not turning or 2 * len(turning) < len(moving):
+    turning = [edge for edge in moving if edge.motion.turns.intervals]
+    if len(turning) < 2 or 2 * len(turning) < len(moving):
         return 0
     if not all(was_short(edge) for edge in turning):
         return 0
@@ -212,15 +211,15 @@ def clock_offset(case: Case) -> Iterator[Remark]:
             f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most{beside}',
             {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9})
     for edges in _leading(case):
-        if case.timebase.differs and not _is_post_dated(case, edges):
-            yield _of_groups(case, edges)
+        behind = [edge for edge, _ in case.moving() if edge.frames in case.delays
+                  and case.delays[edge.frames].usual > edges[-1][1].usual + _AHEAD]
+        if case.timebase.differs and behind and not _is_post_dated(case, edges):
+            yield _of_groups(edges, behind)
 
 
-def _of_groups(case: Case, leading: Sequence[_Late]) -> Remark:
+def _of_groups(leading: Sequence[_Late], behind: Sequence[EdgeRecord]) -> Remark:
     """Return a remark on two groups of edges, if no clock shows which of them is right."""
     ahead = [edge for edge, _ in leading]
-    behind = [edge for edge, _ in case.moving() if edge.frames in case.delays
-              and case.delays[edge.frames].usual > leading[-1][1].usual + _AHEAD]
     apart = -leading[0][1].usual
     return of_edges(
         [*ahead, *behind], f'the edges fall into two groups, whose stamps are '
@@ -289,8 +288,7 @@ def _of_simulation(case: Case, edges: int) -> dict[str, Any]:
 def post_dated(case: Case) -> Iterator[Remark]:
     """Find single edges that alone are ahead by a constant."""
     for edges in _leading(case):
-        if _is_post_dated(case, edges):
-            edge, delays = edges[0]
+        for edge, delays in edges if _is_post_dated(case, edges) else ():
             yield of_edge(edge, f'is stamped {-delays.usual / 1e6:.0f} ms ahead of '
                           f'{"the others" if case.timebase.differs else "its arrival"}',
                           {'usually_s': -delays.usual / 1e9, 'spread_s': delays.spread / 1e9})
@@ -319,8 +317,7 @@ def _freshest(case: Case, edge: EdgeRecord) -> float:
     If the clocks differ, the delays are relative to the usual ones of most edges; those that send
     in bursts are usually late.
     """
-    others = case.delays_beside(edge) if case.timebase.differs else None
-    return min(0.0, others.early) if others else 0.0
+    return min(0.0, case.earliest_behind(edge, _AHEAD)) if case.timebase.differs else 0.0
 
 
 def _is_behind(case: Case, edge: EdgeRecord, delays: Delays) -> bool:
@@ -339,8 +336,12 @@ def _is_post_dated(case: Case, edges: Sequence[_Late]) -> bool:
     edge, delays = edges[0]
     if case.timebase.differs and not case.is_correction(edge):
         return False  # the others may as well be behind
+    # Several localisers and filters may do so alike; but no whole robot does.
+    if len(edges) > 1 and (len(edges) == len(case.delays) or not all(
+            case.is_of_trunk(other) for other, _ in edges)):
+        return False
     # Of messages that are sent in bursts, some are a few intervals old.
-    return len(edges) == 1 and -delays.usual < _POST_DATED and delays.middle < max(
+    return -delays.usual < _POST_DATED and delays.middle < max(
         _NEARLY, -_NEARLY_PART * delays.usual, _BURST * timing_of(edge).interval)
 
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from math import degrees
 from typing import Any
 
-from tf_tree_py.core.stamp import format_span, format_stamp, is_silent
+from tf_tree_py.core.stamp import format_span, format_stamp
 from tf_tree_py.core.text import times
 
 from .case import Case
 from .check import check, of_edge, Remark
 from .finding import Number, Severity
-from ..measures.edge_record import EdgeRecord
+from ..measures.edge_record import EdgeRecord, MovingEdge
 from ..measures.motion import Jump
 
 # With fewer steps than this, their median is not reliable.
@@ -33,7 +33,7 @@ def pose_jump(case: Case) -> Iterator[Remark]:
     """Find steps faster than the limits; those of a localiser get a cause of their own."""
     for edge, moving in case.moving():
         jump = moving.motion.fast
-        if not (jump.count and moving.motion.is_rare(jump)):
+        if not (jump.count and moving.motion.is_rare(jump)) or _rests(case, edge, moving):
             continue
         seconds = jump.time / 1e9
         evidence = _evidence(jump) | {
@@ -92,7 +92,8 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
         jump = moving.motion.slow
         # A wheel may turn by more than half a turn from one sample to the next.
         in_place = moving.motion.travelled < _IN_PLACE and not case.is_correction(edge)
-        if jump.count and not in_place and moving.motion.is_rare(jump):
+        if (jump.count and not in_place and moving.motion.is_rare(jump)
+                and not _rests(case, edge, moving)):
             yield of_edge(edge, f'{_in_words(jump)}: lookups in between return poses that never '
                           'existed', _evidence(jump))
 
@@ -112,18 +113,24 @@ def moved_once(case: Case) -> Iterator[Remark]:
     for edge, moving in case.moving():
         motion = moving.motion
         step = motion.lone
-        if not 0 < step.count <= _ONCE or motion.steps < _RESTS or case.is_correction(edge):
+        if not _rests(case, edge, moving):
             continue
-        if motion.fast.count or motion.slow.count and not is_silent(
-                step.time, moving.timing.interval):
-            continue  # pose_jump reports it, or interpolated_jump, which a gap would explain
-        # A joint turns about its origin, or slides; what is mounted anew does both.
-        remounted = step.gone > _IN_PLACE and step.turned > _IN_PLACE
+        # A joint turns about its origin, or slides, at a speed; what is mounted anew does not. But
+        # what is below a map may be a goal.
+        remounted = step.gone > _IN_PLACE and not case.is_fixed(edge.parent) and (
+            step.turned > _IN_PLACE or bool(motion.fast.count or motion.slow.count))
         yield of_edge(
             edge, f'rests, but moved {times(step.count)}, by {step.gone:.3g} m and '
             f'{degrees(step.turned):.3g} deg'
             f'{"" if step.count == 1 else " at most"}, after {format_stamp(step.stamp)} s',
             _evidence(step), severity=Severity.WARNING if remounted else None)
+
+
+def _rests(case: Case, edge: EdgeRecord, moving: MovingEdge) -> bool:
+    """Return whether an edge rests except for a few steps that are no corrections."""
+    motion = moving.motion
+    return (0 < motion.lone.count <= _ONCE and motion.steps >= _RESTS
+            and not case.is_correction(edge))
 
 
 def _in_words(jump: Jump) -> str:

@@ -37,6 +37,8 @@ _SEVERAL = 20
 _FEW = 8
 # A computer is not silent for longer than this: a month.
 _LONG = from_seconds(30 * 86_400.0)
+# Of a gap in the stamps, at least this part is without messages.
+_SILENT_PART = 0.5
 # The middle 80 % of a regular edge's intervals span less than this part of the usual or the mean
 # interval, whichever is shorter.
 _JITTER = 1.2
@@ -94,7 +96,11 @@ def _is_gap(case: Case, moving: MovingEdge) -> bool:
     # Where the clock of the arrivals was set back, stamps alternate by as much.
     of_clock = case.arrival_step is not None and abs(
         timing.intervals.most + case.arrival_step.step) < MISSED * usual
-    return timing.interval > 0.0 and is_silent(timing.intervals.most, usual) and not of_clock
+    # Its messages went on: only the stamps have a gap.
+    went_on = (not case.timebase.differs and timing.waits.count >= _FEW
+               and timing.waits.most < _SILENT_PART * timing.intervals.most)
+    return (timing.interval > 0.0 and is_silent(timing.intervals.most, usual)
+            and not of_clock and not went_on)
 
 
 # The other edges are too slow to show whether they were silent, too.

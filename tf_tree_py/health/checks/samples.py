@@ -79,8 +79,8 @@ def impossible_stamp(case: Case) -> Iterator[Remark]:
 # Fewer cases than this are not reported.
 _FEW = 3
 _SELDOM = 0.01
-# Of stamps that are late and rounded, up to a quarter are repeated; that does no harm.
-_LOST = 0.3
+# Of stamps that are late and rounded, up to a quarter are usually repeated; that does no harm.
+_LOST = 0.4
 
 
 @check(Severity.ERROR,

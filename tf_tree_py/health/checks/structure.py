@@ -13,7 +13,7 @@ from tf_tree_py.core.text import listed, shorten, times
 
 from .case import Case
 from .check import authorities_of, check, names_of, of_edge, of_edges, of_trouble, Remark
-from .clocks import was_short
+from .clocks import overlap, was_short
 from .finding import Severity
 from .pieces import are_robots
 from ..measures.edge_record import EdgeRecord, MovingEdge
@@ -76,28 +76,25 @@ def empty_name(case: Case) -> Iterator[Remark]:
 
 # --- publishers
 
-# Two publishers that disagree make the frame alternate between two poses. A vibration, noise or a
-# toggling last digit looks similar, but the stamps of one publisher do not interleave.
-_TURNS = 5
 # If this many edges and no others have two publishers, everything was started twice.
 _ALL = 3
-# Two publishers that alternate exactly differ by a nearly constant amount; the amplitude of a
-# similar vibration varies within this many samples.
-_ALWAYS, _SAME_SIZE, _APART, _MANY = 0.7, 0.5, 0.02, 50
 
 
 @check(Severity.ERROR, textbook=True,
        explains=('out_of_order', 'duplicate_stamps', 'irregular_rate', 'too_fast', 'outlier',
                  'pose_jump', 'interpolated_jump'),
        catches='one edge that two publishers send',
-       cause='a node that was started twice, or two nodes that both publish the edge, such as '
-             'wheel odometry and a filter that publishes its result',
+       cause='a node that was started twice, two nodes that both publish the edge, such as wheel '
+             'odometry and a filter that publishes its result, or one node that publishes two '
+             'estimates in turn',
        fix='stop one of them: every lookup depends on which message came last')
 def two_publishers(case: Case) -> Iterator[Remark]:
     """Find edges of two publishers by their message numbers or by alternating values."""
     known = {frames for frames, _ in case.of_kind(Kind.TWO_PUBLISHERS)}
+    twice = overlap([edge for edge, _ in case.moving()])
     seen = [(edge, moving) for edge, moving in case.moving()
-            if edge.frames not in known and _goes_to_and_fro(moving)]
+            if edge.frames not in known and moving.motion.turns.intervals
+            and not (twice and was_short(moving)) and not _is_of_overlap(case, moving)]
     both = known | {edge.frames for edge, _ in seen}
     all_moving = [edge for edge, moving in case.moving() if moving.motion.moved]
     if len(all_moving) >= _ALL and {edge.frames for edge in all_moving} <= both:
@@ -109,13 +106,20 @@ def two_publishers(case: Case) -> Iterator[Remark]:
         yield _alternating(edge, moving)
 
 
+def _is_of_overlap(case: Case, moving: MovingEdge) -> bool:
+    """Return whether an edge only alternated while the clock of the arrivals ran twice."""
+    step, turns = case.arrival_step, moving.motion.turns
+    return step is not None and step.step < 0 and (
+        step.received + step.step - _ROUND <= turns.first
+        and turns.last <= step.received + _ROUND)
+
+
 def _alternating(edge: EdgeRecord, moving: MovingEdge) -> Remark:
     turns = moving.motion.turns
-    each = '' if turns.intervals is None else ', each with regular stamps: ' + ' and '.join(
-        f'every {format_span(round(one))}' for one in turns.intervals)
+    each = ' and '.join(f'every {format_span(round(one))}' for one in turns.intervals or ())
     return of_edge(
         edge, f'alternates between two poses {times(turns.all)}, by {turns.sizes.median:.3g} '
-        f'(metres and radians together), as if it had two publishers{each}; '
+        f'(metres and radians together), as two publishers do that send {each}; '
         f'{moving.timing.rate_hz:.1f} Hz in all',
         {'count': turns.all, 'samples': moving.timing.count, 'apart_m': turns.sizes.median,
          'rate_hz': moving.timing.rate_hz})
@@ -129,16 +133,6 @@ def _two_robots(edges: Sequence[EdgeRecord]) -> Remark:
               'played beside the robot; or everything was launched twice',
         fix='give each robot a ROS_DOMAIN_ID, or a namespace for /tf and a prefix for its frames; '
             'stop what was started twice')
-
-
-def _goes_to_and_fro(moving: MovingEdge) -> bool:
-    turns = moving.motion.turns
-    if turns.all < _TURNS or was_short(moving):
-        return False
-    small, large = turns.sizes.at(0.1, 0.9)
-    exactly = (turns.exact > max(_ALWAYS * moving.motion.steps, _MANY)
-               and small > _SAME_SIZE * large and turns.sizes.median > _APART)
-    return exactly or turns.intervals is not None
 
 
 @check(Severity.ERROR, textbook=True,

@@ -58,16 +58,16 @@ def arrival_step(timings: Sequence[Timing]) -> ArrivalStep | None:
              if (step := _step_of(received, stamps)) is not None]
     if len(pairs) < 2 or not found:
         return None
-    step = found[0]
+    step = max(found, key=lambda each: each.stamp)
     moved = any(_moves_arrivals(timing, step.step) for timing in timings)
     return step if moved and all(_shows(step, *each) for each in pairs) else None
 
 
 def _moves_arrivals(timing: Timing, step: float) -> bool:
     """Return whether arrivals jumped forward, or stamps overlap in order of arrival."""
-    if step > 0.0:
-        return timing.waits.most > 0.5 * step
-    return timing.disorders + timing.jumps > 0 or timing.waits.least < 0.0
+    if timing.waits.most > 0.5 * abs(step):
+        return step > 0.0 or timing.jumps > 0
+    return step < 0.0 and (timing.disorders > 0 or timing.waits.least < 0.0)
 
 
 def _in_order(timing: Timing) -> tuple[Stamps, Stamps]:
@@ -101,6 +101,9 @@ def _change(delays: Stamps, place: int) -> tuple[float, float]:
 
 
 def _shows(step: ArrivalStep, received: Stamps, stamps: Stamps) -> bool:
-    """Return whether the delays of an edge change by a step, as far as they are steady."""
-    change, varies = _change(received - stamps, int(np.count_nonzero(stamps <= step.stamp)))
+    """Return whether the delays of an edge change by a step, as far as it shows them."""
+    place = int(np.count_nonzero(stamps <= step.stamp))
+    if not _SEVERAL <= place <= len(stamps) - _SEVERAL:
+        return True  # it began later, or ended before
+    change, varies = _change(received - stamps, place)
     return abs(change - step.step) < max(_ALIKE * abs(step.step), varies)

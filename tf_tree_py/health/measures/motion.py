@@ -127,8 +127,8 @@ class Motion:
         self.lone.add(steps, steps.size[JUDGED] > _STILL)
         found = np.zeros((3, len(steps.time) - 3), bool)
         # Each is judged alone: a frame that turns fast may have a mounting that jumps.
-        found |= _jumps(steps, 0, speeds, self._limits.max_speed)
-        found |= _jumps(steps, 1, turn_rates, self._limits.max_turn_rate)
+        found |= _jumps(steps, 0, self._limits.max_speed)
+        found |= _jumps(steps, 1, self._limits.max_turn_rate)
         fast, large, outlying = found & onward[JUDGED]
         self.fast.add(steps, fast)
         self.slow.add(steps, large & (steps.time[JUDGED] > _LONG))
@@ -144,27 +144,26 @@ class Motion:
                                         (self.turn_rates, jump.turned / seconds)))
 
 
-def _jumps(steps: Steps, part: int, rates: Array, limit: float) -> npt.NDArray[np.bool_]:
+def _jumps(steps: Steps, part: int, limit: float) -> npt.NDArray[np.bool_]:
     """
     Return which of the judged steps are jumps: fast ones, large ones, and outliers.
 
     A jump is much larger than the steps before and after it, and much faster: the time alone may
-    be short because a stamp was late.
+    be short because a stamp was late. So it counts as at least half of the times beside it.
 
     :param part: 0: of their translation, 1: of their rotation.
-    :param rates: of that part, metres or radians per second.
-    :param limit: of the rates.
+    :param limit: of the metres or radians per second.
     :return: (3, N - 4) for N rows.
     """
-    sizes = steps.sizes[part]
-    here = sizes[JUDGED]
+    sizes, seconds = steps.sizes[part], np.maximum(steps.time, 1) / 1e9
+    here, rates = sizes[JUDGED], sizes / seconds
     alone = _is_alone(sizes) & _is_alone(rates)
-    fast = rates > limit
-    pairs = fast[JUDGED] & fast[2:-1]
+    fast = sizes[1:-1] > limit * np.maximum(seconds[1:-1], 0.25 * (seconds[:-2] + seconds[2:]))
+    pairs = fast[:-1] & fast[1:]
     if pairs.any():
         pairs &= (_is_pair(sizes) & _is_pair(rates)
                   & (steps.sizes_of_two[part][1:-1] < _LEFT * np.minimum(here, sizes[2:-1])))
-    return np.array([alone & fast[JUDGED] & (here > _NOISE), alone & (here > _LARGE),
+    return np.array([alone & fast[:-1] & (here > _NOISE), alone & (here > _LARGE),
                      pairs & (here > _NOISE)])
 
 

@@ -22,7 +22,7 @@ from .two_tracks import intervals_of_two
 # Two publishers of one edge that differ by less than this do little harm.
 _DISPUTE = 5e-3
 # The next step reverses a step if less than this part of it remains.
-_LEFT, _EXACTLY = 0.3, 0.05
+_LEFT = 0.3
 # Radians; a rotation by more may have been one by less in the other direction.
 _HALF = math.pi / 2
 # The other publisher's sample is further aside than this part of its neighbours' distances.
@@ -40,20 +40,18 @@ class Turns:
     drive side by side had one frame. The causes are two publishers, noise, and outliers.
 
     :ivar all: their number.
-    :ivar exact: the number of those that are reversed exactly, as a vibration is only near half
-        the rate of the samples.
     :ivar sizes: their distances from that line, metres and radians together.
     :ivar first: when the first arrived, nanoseconds.
     :ivar last: when the last arrived, nanoseconds.
     """
 
     def __init__(self) -> None:
-        self.all = self.exact = self.first = self.last = 0
+        self.all = self.first = self.last = 0
         self.sizes = Spread()
         self._intervals: tuple[float, float] | None = None
-        # The last samples: their stamps, their poses, and whether each is aside alone.
+        # The last samples: stamps and arrivals, poses, and whether each is aside alone.
         self._began, self._examined = False, -2 * _OFTEN
-        self._stamps: Stamps = np.empty(0, np.int64)
+        self._times: Stamps = np.empty((2, 0), np.int64)
         self._poses: Array = np.empty((7, 0))
         self._turns: Mask = np.empty(0, bool)
 
@@ -61,7 +59,7 @@ class Turns:
     def intervals(self) -> tuple[float, float] | None:
         """Return the intervals of two publishers that alternated at any time, if they did."""
         return self._intervals or intervals_of_two(
-            self._stamps, self._poses, self._turns)
+            self._times, self._poses, self._turns)
 
     def add(self, steps: Steps) -> None:
         """Take steps; the first and the last two serve only to judge their neighbours."""
@@ -80,7 +78,6 @@ class Turns:
         rest = _sizes(aside[:, 1:-1] + 0.5 * (aside[:, :-2] + aside[:, 2:]))
         aloof = useful & (sizes > _DISPUTE)
         reverse = aloof & (np.add(*steps.sizes_of_two)[1:-1] < _LEFT * smaller)
-        self.exact += int(np.count_nonzero(reverse | aloof & slow & (rest < _EXACTLY * sizes)))
         turns = reverse | aloof & slow & (rest < _LEFT * sizes)
         if turns.any():
             self.all += int(np.count_nonzero(turns))
@@ -98,17 +95,17 @@ class Turns:
             return
         begin = 0 if self._began else int(turns.argmax())
         self._began = True
-        stamps = np.concatenate([self._stamps, steps.stamps[2:-1][begin:]])
+        times = np.concatenate([self._times, np.array(
+            [steps.stamps[2:-1], steps.received[2:-1]])[:, begin:]], axis=1)
         poses = np.concatenate([self._poses, steps.points[:, 2:-2][:, begin:]], axis=1)
         turns = np.concatenate([self._turns, turns[begin:]])
-        while len(stamps) >= _TOGETHER and not self._intervals:
-            if abs(int(stamps[0]) - self._examined) > _OFTEN:
-                self._examined = int(stamps[_TOGETHER - 1])
+        while len(turns) >= _TOGETHER and not self._intervals:
+            if abs(int(times[0, 0]) - self._examined) > _OFTEN:
+                self._examined = int(times[0, _TOGETHER - 1])
                 self._intervals = intervals_of_two(
-                    stamps[:_TOGETHER], poses[:, :_TOGETHER], turns[:_TOGETHER])
-            stamps, poses, turns = stamps[_TOGETHER:], poses[:, _TOGETHER:], turns[_TOGETHER:]
-        self._stamps, self._poses = stamps.copy(), poses.copy()
-        self._turns = turns.copy()
+                    times[:, :_TOGETHER], poses[:, :_TOGETHER], turns[:_TOGETHER])
+            times, poses, turns = times[:, _TOGETHER:], poses[:, _TOGETHER:], turns[_TOGETHER:]
+        self._times, self._poses, self._turns = times.copy(), poses.copy(), turns.copy()
 
 
 def _sizes(aside: Array) -> Array:

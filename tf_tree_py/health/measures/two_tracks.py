@@ -12,8 +12,9 @@ from tf_tree_py.core.times import Stamps
 from .sample_rows import Mask
 from .spread import quantiles
 
-# Each track has at least this many samples.
-_EACH = 8
+# Each track has at least this many samples, and they are aside at least this often: fewer may be
+# chance, if an edge turns by about half a turn a sample.
+_EACH, _OFTEN = 8, 16
 # The intervals of one publisher vary by less than this part of the variation of those of two, and
 # those of the other by less than this part of themselves. Those of two vary by more than the last.
 _REGULAR, _NEARLY, _IRREGULAR = 0.5, 0.75, 0.1
@@ -21,9 +22,13 @@ _REGULAR, _NEARLY, _IRREGULAR = 0.5, 0.75, 0.1
 _ALTERNATE = 0.7
 # Metres and radians together: a track within this stands still, one beyond many of it moves.
 _STILL, _MANY = 1e-3, 20.0
+# If a larger part of the stamps is not newer than the one before, arrivals are compared, too.
+_SELDOM = 0.05
+# Metres per second squared: nothing that moves to and fro accelerates more.
+_SHAKEN = 3000.0
 
 
-def intervals_of_two(stamps: Stamps, points: Array,
+def intervals_of_two(times: Stamps, points: Array,
                      turns: Mask) -> tuple[float, float] | None:
     """
     Return the usual intervals of two publishers, nanoseconds; None: it may be one.
@@ -31,20 +36,29 @@ def intervals_of_two(stamps: Stamps, points: Array,
     Only a second publisher adds samples between those of the first, so that the stamps are regular
     on one track and irregular together. An outlier replaces a sample, and the stamps of
     a publisher that vibrates vary as much on each side as together. Nor does a publisher return to
-    one pose at every second sample and move in between.
+    one pose at every second sample and move in between, or accelerate without limit.
 
-    :param stamps: (N,) nanoseconds.
+    :param times: (2, N) stamps and arrivals, nanoseconds. Where stamps repeat or are out of order,
+        the arrivals may show the tracks.
     :param points: (7, N) as ``Steps.points``.
     :param turns: (N,) whether each sample is on another side than the one before and after it.
     """
-    if np.count_nonzero(turns) < _EACH:
+    if np.count_nonzero(turns) < _OFTEN:
         return None
+    stamps, received = times
+    wrong = (len(stamps) - len(np.unique(stamps)) + np.count_nonzero(np.diff(stamps) < 0)) / len(
+        stamps)
+    return _tracks(stamps, points, turns) or (
+        _tracks(received, points, turns) if wrong > _SELDOM else None)
+
+
+def _tracks(times: Stamps, points: Array, turns: Mask) -> tuple[float, float] | None:
     # Where messages of two publishers overtake each other, only their stamps are in order.
-    order = np.argsort(stamps, kind='stable')
-    stamps, points = stamps[order], points[:, order]
-    return (_regular_tracks(stamps, points, _sides_of_turns(turns)[order])
-            or _regular_tracks(stamps, points, _nearest_tracks(points))
-            or _regular_tracks(stamps, points, _at_most_common(points)))
+    order = np.argsort(times, kind='stable')
+    times, points = times[order], points[:, order]
+    return (_regular_tracks(times, points, _sides_of_turns(turns)[order])
+            or _regular_tracks(times, points, _nearest_tracks(points))
+            or _regular_tracks(times, points, _at_most_common(points)))
 
 
 def _sides_of_turns(turns: Mask) -> Mask:
@@ -98,17 +112,24 @@ def _regular_tracks(stamps: Stamps, points: Array, sides: Mask) -> tuple[float, 
     first, varies = _intervals(stamps[larger])
     second, of_second = _intervals(stamps[~larger])
     usual, together = _intervals(stamps)
-    added = varies < _REGULAR * together and together > _IRREGULAR * usual
-    regular = of_second < _NEARLY * second
-    both = regular and (added or _returns(points, sides) and varies < _NEARLY * first)
+    added = (varies < _REGULAR * together and together > _IRREGULAR * usual
+             and of_second < _NEARLY * second)
+    alternate = int(np.count_nonzero(sides[1:] != sides[:-1])) > _ALTERNATE * len(sides)
+    both = added or alternate and (_returns(points, sides) or _is_shaken(points, usual))
     return (first, second) if both else None
 
 
 def _returns(points: Array, sides: Mask) -> bool:
-    """Return whether every second sample is at one pose, and those between are on the move."""
+    """Return whether one side is at one pose, while the other is on the move."""
     still, moving = sorted(_extent(points[:, side]) for side in (sides, ~sides))
-    alternate = int(np.count_nonzero(sides[1:] != sides[:-1])) > _ALTERNATE * len(sides)
-    return alternate and still < _STILL and moving > _MANY * _STILL
+    return still < _STILL and moving > _MANY * _STILL
+
+
+def _is_shaken(points: Array, interval: float) -> bool:
+    """Return whether an oscillation with these points, nanoseconds apart, is impossible."""
+    apart = np.median(np.linalg.norm(np.diff(points[:3]), axis=0))
+    # Of amplitude a and angular frequency w, it accelerates by a w^2 at most.
+    return bool(0.5 * apart * (np.pi * 1e9) ** 2 > _SHAKEN * interval ** 2)
 
 
 def _extent(points: Array) -> float:
