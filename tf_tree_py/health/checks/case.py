@@ -303,15 +303,6 @@ class Case:
                 fixed.add(edge.child)
         return corrections, fixed
 
-    def is_of_trunk(self, edge: EdgeRecord) -> bool:
-        """
-        Return whether an edge is a correction or the odometry below one.
-
-        A localiser without anything to correct, and a robot that stands, send the same value.
-        """
-        return self.is_correction(edge) or any(
-            self.is_correction(above) for above in self.above.get(edge.parent, ()))
-
     @cached_property
     def _parents(self) -> set[str]:
         return {edge.parent for edge in self.edges}

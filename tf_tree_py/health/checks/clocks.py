@@ -338,7 +338,7 @@ def _is_post_dated(case: Case, edges: Sequence[_Late]) -> bool:
         return False  # the others may as well be behind
     # Several localisers and filters may do so alike; but no whole robot does.
     if len(edges) > 1 and (len(edges) == len(case.delays) or not all(
-            case.is_of_trunk(other) for other, _ in edges)):
+            case.is_fixed(other.parent) for other, _ in edges)):
         return False
     # Of messages that are sent in bursts, some are a few intervals old.
     return -delays.usual < _POST_DATED and delays.middle < max(

@@ -42,7 +42,8 @@ def static_republished(case: Case) -> Iterator[Remark]:
             continue
         if robot_stands:
             continue
-        may_rest = case.is_of_trunk(edge) or _is_joint(edge, moving, moved)
+        # A robot that stands, a localiser without anything to correct, and a goal do not move.
+        may_rest = case.is_fixed(edge.parent) or _is_joint(edge, moving, moved)
         yield of_edge(
             edge, f'was sent {times(timing.count)} in {timing.span / 1e9:.1f} s, at '
             f'{timing.rate_hz:.1f} Hz, and never changed',
