@@ -169,18 +169,18 @@ def test_frame_that_yaml_does_not_read_as_a_string_is_refused(tmp_path, name, re
     assert from_yaml(str(path))[0].child == name
 
 
-@pytest.mark.parametrize(('lines', 'told'), [
+@pytest.mark.parametrize(('lines', 'error'), [
     (['x: 1', 'y: 0', '"x": 2'],
      "line 6: x is given twice, in line 4 as '1' and in line 6 as '2'"),
     (['x: 1', 'x: 1'], "line 5: x is given twice, in line 4 as '1' and in line 5 as '1'"),
     (['child_frame_id: b'], 'line 4: child_frame_id is given twice, in line 3 '),
     (['covariance: {a: 1, a: 2}'], 'line 4: a is given twice'),
 ])
-def test_key_that_is_given_twice_is_refused_at_any_level(tmp_path, lines, told):
+def test_key_that_is_given_twice_is_refused_at_any_level(tmp_path, lines, error):
     path = written(tmp_path, lines)
     with pytest.raises(BadInput) as refused:
         from_yaml(path)
-    assert str(refused.value).startswith(f'{path}, {told}')
+    assert str(refused.value).startswith(f'{path}, {error}')
     assert str(refused.value).endswith(
         ', of which YAML would use only the last; remove one of the two')
 

@@ -288,8 +288,8 @@ def _first(aged: _Aged) -> float:
 def _age(case: Case, edge: EdgeRecord) -> float:
     """Return the usual age of the newest sample just before the next; 0 if post-dated."""
     timing = timing_of(edge)
-    # Of a few irregular intervals, the median may be much too long, and the mean contains gaps.
-    interval = min(timing.intervals.median, mean_interval(
+    # Of a few irregular intervals, half may be much too long, and the mean contains gaps.
+    interval = min(timing.intervals.at(0.25)[0], mean_interval(
         case.timebase.elapsed(timing.first, timing.last), timing.timed))
     return max(0.0, case.delays[edge.frames].usual + interval)
 
