@@ -205,7 +205,7 @@ def test_version_1_0_may_be_written_in_any_way_that_jazzy_reads(version):
 IGNORED = 'which URDF 1.0 lacks and robot_state_publisher of Jazzy ignores, so '
 
 
-@pytest.mark.parametrize(('attributes', 'yaw', 'ending'), [
+@pytest.mark.parametrize(('attributes', 'yaw', 'end'), [
     ('quat_xyzw="0 0 2 0"', 0.0, 'there is no rotation; write rpy="0.0 0.0 3.141592654" instead'),
     ('quat_xyzw="0 0 0 0"', 0.0,
      'there is no rotation; write the rotation as rpy, radians, instead'),
@@ -214,7 +214,7 @@ IGNORED = 'which URDF 1.0 lacks and robot_state_publisher of Jazzy ignores, so '
     ('quat_xyzw="0 0 1 0" rpy="0 0 0.5"', 0.5,
      'only the rpy beside it counts; remove quat_xyzw'),
 ])
-def test_quaternion_is_ignored_as_in_jazzy_with_a_warning(attributes, yaw, ending):
+def test_quaternion_is_ignored_as_in_jazzy_with_a_warning(attributes, yaw, end):
     origin = f'<origin xyz="1 0 0" {attributes}/>'
     shape = f'<visual>\n{origin}<geometry><sphere radius="1"/></geometry></visual>'
     described = Robot.parse(f'<robot name="r"><link name="a"/><link name="b">{shape}</link>\n'
@@ -224,7 +224,7 @@ def test_quaternion_is_ignored_as_in_jazzy_with_a_warning(attributes, yaw, endin
     assert described.joints[0].origin == described.links['b'][0].origin == expected
     for warning, place in zip(described.warnings, ["line 3: joint 'j'", "line 2: link 'b'"],
                               strict=True):
-        assert warning.startswith(f'arm.urdf, {place}: <origin> has a quat_xyzw, {IGNORED}{ending}')
+        assert warning.startswith(f'arm.urdf, {place}: <origin> has a quat_xyzw, {IGNORED}{end}')
 
 
 def test_white_space_before_the_declaration_is_a_warning_and_lines_stay():
