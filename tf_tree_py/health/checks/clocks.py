@@ -213,7 +213,9 @@ def clock_offset(case: Case) -> Iterator[Remark]:
     for edges in _leading(case):
         behind = [edge for edge, _ in case.moving() if edge.frames in case.delays
                   and case.delays[edge.frames].usual > edges[-1][1].usual + _AHEAD]
-        if case.timebase.differs and behind and not _is_post_dated(case, edges):
+        # A fit of the clocks, and messages in bursts, are inaccurate by less than this.
+        far = -edges[0][1].usual > _FAR_BEHIND
+        if case.timebase.differs and behind and far and not _is_post_dated(case, edges):
             yield _of_groups(edges, behind)
 
 
