@@ -182,8 +182,8 @@ def test_mcap_of_another_tool_is_read_without_its_profile(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         assert_same(open_bag(file), fed(RUN))
-    _, told = warned(cut(file))
-    assert 'run.mcap is not whole: ' in told
+    _, warning = warned(cut(file))
+    assert 'run.mcap is not whole: ' in warning
 
 
 # --- no overstatement, no exception, no excessive memory

@@ -64,7 +64,7 @@ class MovingEdge:
             return
         self.motion.add(useful)
         stretch = useful.where(useful.stamps != 0).after(self._tail)
-        stretch = self._without_repeats(stretch, len(self._tail) if self._tail else 0)
+        stretch = self._without_repeats(stretch, 0 if self._tail is None else len(self._tail))
         if len(stretch) > TAIL:
             stretch = self._without_lone(stretch)
         # A step is judged by the steps before and after it, so the last rows are used again.
@@ -84,7 +84,8 @@ class MovingEdge:
         if not len(places):
             return rows
         self.lone += len(places)
-        self.first_lone = self.first_lone or rows[places[0]:places[0] + 2]
+        if self.first_lone is None:
+            self.first_lone = rows[places[0]:places[0] + 2]
         return rows[np.delete(np.arange(len(rows)), places)]
 
     def _without_repeats(self, rows: Rows, begin: int) -> Rows:

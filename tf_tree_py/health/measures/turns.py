@@ -49,6 +49,9 @@ class Turns:
         self.all = self.first = self.last = 0
         self.sizes = Spread()
         self._intervals: tuple[float, float] | None = None
+        # Those of the last samples, and whether they were judged since the last change.
+        self._partial: tuple[float, float] | None = None
+        self._judged = False
         # The last samples: stamps and arrivals, poses, and whether each is aside alone.
         self._began, self._examined = False, -2 * _OFTEN
         self._times: Stamps = np.empty((2, 0), np.int64)
@@ -58,8 +61,11 @@ class Turns:
     @property
     def intervals(self) -> tuple[float, float] | None:
         """Return the intervals of two publishers that alternated at any time, if they did."""
-        return self._intervals or intervals_of_two(
-            self._times, self._poses, self._turns)
+        if not self._intervals and not self._judged:
+            # A report asks several times, and this takes about a millisecond.
+            self._judged = True
+            self._partial = intervals_of_two(self._times, self._poses, self._turns)
+        return self._intervals or self._partial
 
     def add(self, steps: Steps) -> None:
         """Take steps; the first and the last two serve only to judge their neighbours."""
@@ -106,6 +112,7 @@ class Turns:
                     times[:, :_TOGETHER], poses[:, :_TOGETHER], turns[:_TOGETHER])
             times, poses, turns = times[:, _TOGETHER:], poses[:, _TOGETHER:], turns[_TOGETHER:]
         self._times, self._poses, self._turns = times.copy(), poses.copy(), turns.copy()
+        self._judged = False
 
 
 def _sizes(aside: Array) -> Array:

@@ -70,7 +70,7 @@ class _Trial(NamedTuple):
 @dataclass
 class _Stream:
     """
-    The messages of one topic and frame that were dropped without one that passed.
+    The messages of one topic and frame that were dropped since the last one that passed.
 
     :ivar next_s: when to look for the cause, by the monotonic clock.
     :ivar passed: how many messages have passed since the last one that was dropped.
