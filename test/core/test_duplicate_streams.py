@@ -42,6 +42,12 @@ def test_two_publishers_of_the_same_edges_are_told_of_once(edges, begin):
     assert reported_by(both) == Counter(edges)
 
 
+@for_each(static=[False, True])
+def test_message_whose_transforms_were_all_refused_has_no_edge(static):
+    streams = DuplicateStreams(static)
+    assert [*streams.take([], 1)] == [*streams.take([ODOM], 1)] == [*streams.take([], 1)] == []
+
+
 def test_three_publishers_are_told_of_once():
     assert reported_by(in_turns(*[publisher([ODOM], begin) for begin in (1, 500,
                                                                          9000)])) == {ODOM: 1}

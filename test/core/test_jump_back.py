@@ -63,7 +63,7 @@ def test_second_loop_is_refused_and_names_the_option():
     (incident, *_) = send(buffer, START)
     assert incident.kind is Kind.OLD_DATA
     for words in ('A bag that loops, a simulation that was restarted', 'use_sim_time',
-                  'Buffer(clear_on_jump_back=...)'):
+                  'if all edges jumped back, pass Buffer(clear_on_jump_back=...)'):
         assert words in incident.detail
     play(buffer, START, 49)
     assert buffer.latest_common_time('map', 'arm') == START + 60 * SECOND

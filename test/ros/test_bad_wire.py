@@ -202,6 +202,23 @@ def test_message_without_any_possible_stamp_is_refused_and_a_static_one_is_taken
     until(lambda: "'map' -> 'imu' from '/talking' (impossible stamp)" in log())
 
 
+def test_message_without_any_possible_stamp_is_refused_where_two_nodes_publish(
+        buffer, talker, make_node, log):
+    """The numbers of messages are compared only there."""
+    beside = Talker(make_node('beside'))
+
+    def both_are_known():
+        talker.send(message(transform('map', 'table')))
+        beside.send(message(transform('map', 'wheel')))
+        return {edge.authority for edge in buffer.edges()} == {'one of /beside, /talking'}
+
+    until(both_are_known)
+    send_and_settle(talker, buffer, message(stamped('imu', 4_293_967_296)))
+    assert incidents(buffer) == {Kind.IMPOSSIBLE_STAMP: 1}
+    until(lambda: "'map' -> 'imu' from 'one of /beside, /talking' (impossible stamp)" in log())
+    assert len(log().splitlines()) == 1, 'no callback failed'
+
+
 @pytest.mark.parametrize(('topic', 'known', 'words'), [
     ('/slam/tf', {'/odometry', '/slam'},
      ["'/odometry' says that its parent is 'odom'", "'map' -> 'base' from '/slam'"]),

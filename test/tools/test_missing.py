@@ -8,9 +8,12 @@ import math
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
-from tf_tree_py.core.messages.observers import Endpoint
+from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.messages.observers import Endpoint, ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.stamp import UNLIMITED
-from tf_tree_py.health.checks.graph import graph_findings
+from tf_tree_py.health.checks.graph import GRAPH_CODES, graph_findings
+from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 from tf_tree_py.reports.explanation import explain
 from tf_tree_py.tools.missing import hint_of, hints_of_graph, Refusals
@@ -51,7 +54,7 @@ def test_new_run_is_named_with_its_sender_and_both_stamps(watched):
         '3 transforms of odom -> base_link from /wheels were refused, because they are older than '
         'the buffer keeps: its newest stamp is 1000.500000000, and the newest of theirs '
         '2.000000000. A bag that loops')
-    assert 'Buffer(clear_on_jump_back=...)' in hint
+    assert 'or, if all edges jumped back, pass Buffer(clear_on_jump_back=...) in your' in hint
     assert hint.endswith('Restart tf_echo to see the new data')
 
 
@@ -171,6 +174,36 @@ def test_topic_with_publishers_of_both_kinds_is_one_topic():
         text, = text_of(RosGraph(endpoints))
         assert f'. Pass --tf-static-topic {endpoints[0].topic} to read' in text
         assert text.count('published on') == 1 and ', on ' not in text
+
+
+def codes_of(graph, *messages):
+    """Return the codes of a doctor that has received these edges, each with whether it moves."""
+    doctor = Doctor()
+    doctor.graph = graph
+    for edge, moves in messages:
+        doctor.received(ReceivedMessage(
+            Batch([edge], [SECOND], [pack_pose(*Pose())]), SECOND,
+            '/tf' if moves else '/tf_static', not moves, '/mounts'))
+    return [finding.code for finding in doctor.findings() if finding.code in GRAPH_CODES]
+
+
+MOUNT, MOVING = (('base_link', 'lidar'), False), (('base_link', 'arm'), True)
+ROBOTS = [((f'{robot}/base', f'{robot}/lidar'), False) for robot in ('r1', 'r2')]
+
+
+@pytest.mark.parametrize('topics, arrived, named', [
+    (['/robot1/tf'], [], True),
+    (['/robot1/tf'], [MOUNT], True),
+    (['/robot1/tf', '/robot1/tf_static'], [MOUNT], True),
+    (['/robot1/tf'], ROBOTS, True),
+    (['/robot1/tf'], [MOUNT, MOVING], False),
+    (['/robot1/tf'], [MOUNT, (('map', 'dock'), True)], True),
+    (['/robot1/tf_static'], [], True),
+    (['/robot1/tf_static'], [MOUNT], False),
+    (['/robot1/tf_static'], [MOUNT, (('map', 'dock'), False)], True),
+    ([], [MOUNT], False)])
+def test_other_topics_are_named_while_nothing_moves_or_trees_are_separate(topics, arrived, named):
+    assert codes_of(RosGraph(elsewhere(*topics)), *arrived) == ['other_topic'] * named
 
 
 def test_publishers_of_a_topic_are_named_once_and_unknown_ones_are_counted():

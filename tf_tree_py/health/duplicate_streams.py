@@ -50,13 +50,14 @@ class DuplicateStreams:
 
     def take(self, edges: Sequence[Edge], number: int) -> Sequence[Edge]:
         """
-        Examine a message of at least one edge.
+        Examine a message.
 
+        :param edges: of its transforms; none if all were refused.
         :param number: its sequence number.
         :return: the edges that two publishers seem to send. An edge is returned every time
             until ``mark_reported`` is called for it.
         """
-        if self._static:
+        if self._static or not edges:
             return [edge for edge in edges if self._is_contested(edge, number)]
         # A fixed choice would miss edges where two publishers number their messages in step.
         edge = edges[int(random() * len(edges))]

@@ -127,8 +127,8 @@ class FutureGuard:
 
 WHY_OLD = ('A bag that loops, a simulation that was restarted, or a second publisher whose clock '
            'is slow')
-CURE = ('For the first two set use_sim_time and publish /clock, or pass '
-        'Buffer(clear_on_jump_back=...)')
+CURE = ('For the first two set use_sim_time and publish /clock; or, if all edges jumped back, '
+        'pass Buffer(clear_on_jump_back=...)')
 
 _PATIENCE = from_seconds(1.0)
 

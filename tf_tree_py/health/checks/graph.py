@@ -21,14 +21,14 @@ _MOST = 4
 
 
 @check(Severity.WARNING,
-       catches='transforms on topics that are not read, while none arrive or trees are not '
-               'connected; live only',
+       catches='transforms on topics that are not read, while none arrive, only static ones '
+               'arrive, or trees are not connected; live only',
        cause='a node in a namespace with the relative topic tf, or a remapping',
        fix='read these topics, or let their nodes publish on the usual ones')
 def other_topic(case: Case) -> Iterator[Remark]:
-    """Find publishers on other topics; where one tree is complete, these are other robots."""
+    """Find publishers on other topics; where one tree moves, these are other robots."""
     graph = case.graph
-    if not graph.elsewhere or len(case.trees) == 1 or (case.trees and are_robots(case.trees)):
+    if not (graph.elsewhere and _may_lack_them(case)):
         return
     topics = sorted({one.topic for one in graph.elsewhere})
     parts = [f'on {topic} by {listed(_nodes_of(graph, topic), _MOST)}'
@@ -38,7 +38,21 @@ def other_topic(case: Case) -> Iterator[Remark]:
     yield Remark(
         f'transforms (tf2_msgs/msg/TFMessage) are also published {", ".join(parts)}{more}', (),
         nodes, {'topics': len(topics), 'publishers': len(graph.elsewhere)},
-        fix=_how_to_read(topics, {one.topic for one in graph.elsewhere if one.static}))
+        fix=_how_to_read(topics, _static_topics(graph)))
+
+
+def _may_lack_them(case: Case) -> bool:
+    """Return whether other topics may have what is missing: an edge, or all motion."""
+    if len(case.trees) != 1 and not (case.trees and are_robots(case.trees)):
+        return True
+    static = _static_topics(case.graph)
+    return (all(edge.moving is None for edge in case.edges)
+            and any(one.topic not in static for one in case.graph.elsewhere))
+
+
+def _static_topics(graph: RosGraph) -> set[str]:
+    """Return the topics with a publisher that is transient local, and those with such a name."""
+    return {one.topic for one in graph.elsewhere if one.static or one.topic.endswith('_static')}
 
 
 def _nodes_of(graph: RosGraph, topic: str) -> list[str]:
@@ -49,10 +63,10 @@ def _how_to_read(topics: Sequence[str], static: Collection[str]) -> str:
     """
     Return the options that read these topics, and the remappings that are the alternative.
 
-    :param static: those with a publisher that is transient local.
+    :param static: those whose transforms are valid at all times.
     """
-    fixed = [topic for topic in topics if topic in static or topic.endswith('_static')]
-    moving = [topic for topic in topics if topic not in fixed]
+    fixed = [topic for topic in topics if topic in static]
+    moving = [topic for topic in topics if topic not in static]
     if len(moving) > 1 or len(fixed) > 1:
         option = f'--tf-topic {moving[0]}' if moving else f'--tf-static-topic {fixed[0]}'
         return f'pass one of them, such as {option}'

@@ -125,8 +125,8 @@ def lone_stamp(case: Case) -> Iterator[Remark]:
        catches='stamps that jump back and continue from there',
        cause='a recording that is played in a loop, a simulation that was restarted, or a clock '
              'that was set back',
-       fix='publish /clock and set use_sim_time, or pass Buffer(clear_on_jump_back=...); '
-           'otherwise all later data is refused as too old')
+       fix='publish /clock and set use_sim_time; or, if all edges jumped back, pass '
+           'Buffer(clear_on_jump_back=...). With neither, all later data is refused as too old')
 def jump_back(case: Case) -> Iterator[Remark]:
     """Find stamps that went back by more than a second and continued from there."""
     for edge, moving in case.moving():

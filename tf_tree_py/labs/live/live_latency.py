@@ -38,7 +38,7 @@ class Ages(Observer):
 
     def received(self, arrival: ReceivedMessage) -> None:
         """Note a message as it comes off the wire."""
-        if not arrival.static:
+        if not arrival.static and arrival.batch.stamps:
             self.ages.append(time.time_ns() - arrival.batch.stamps[0])
 
 

@@ -187,8 +187,9 @@ class DuplicatePublishers:
 
     def judge(self, batch: Batch, info: Any) -> list[Incident]:
         """
-        Examine a message of at least one transform, and return the incidents to report.
+        Examine a message, and return the incidents to report.
 
+        :param batch: its transforms; none if all were refused.
         :param info: rclpy's message info.
         """
         authority = self._authority
