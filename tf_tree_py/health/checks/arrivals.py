@@ -30,13 +30,17 @@ def recorder_clock(case: Case) -> Iterator[Remark]:
     step = case.arrival_step
     if step is not None:
         edges = [edge for edge, _ in case.moving()]
+        certain = step.step < 0 or step.corrects
+        jump = (f'{"forward" if step.step > 0 else "back"} by {format_span(abs(step.step))} at '
+                f'{format_stamp(step.received)} s')
+        those = 'that edge' if len(edges) == 1 else f'all {len(edges)} edges that move'
         yield of_edges(
             edges, f'the clock of the {"recorder" if case.recorded else "receiving computer"} was '
-            f'set {"forward" if step.step > 0 else "back"} by {format_span(abs(step.step))} at '
-            f'{format_stamp(step.received)} s: the receive times of all {len(edges)} edges that '
-            'move jump by as much, and their stamps do not',
+            f'set {jump}: the receive times of {those} jump by as much, and their stamps do not'
+            if certain else
+            f'the receive times of {those} jump {jump}, and their stamps do not',
             {'edges': len(edges), 'step_s': step.step / 1e9, 'received_s': step.received / 1e9},
-            cause='' if step.step < 0 or step.corrects else
+            cause='' if certain else
             'NTP or chrony set the clock of the computer that recorded or listened in one step; '
             'or all messages took longer by as much from then on, such as on another network')
 

@@ -27,6 +27,8 @@ from ..ros_graph import NO_GRAPH, RosGraph
 _AROUND = 20
 # With fewer samples, a drift may be chance; a smaller drift is that of any quartz, or of a fit.
 _SEVERAL, _DRIFTS, _LEAST_DRIFT = 20, 0.003, from_seconds(0.1)
+# What was seen less often does not show how it moves.
+_GLIMPSES = 8
 # Metres, and radians per second: what is seen by a camera moves more, a joint about its axis less.
 _FREELY = 1e-3
 # Metres, or radians, per second: what corrects or stands moves no faster.
@@ -314,18 +316,23 @@ class Case:
         A detector sends a frame for each tag or person in the view of its camera. These frames
         move freely and have no children, unlike the joints of a robot.
         """
-        if not self._is_sighting(edge):
+        if not self.is_sighting(edge):
             return []
         assert edge.moving is not None
         return [other for other, _ in self.moving()
-                if other is not edge and other.parent == edge.parent and self._is_sighting(other)
+                if other is not edge and other.parent == edge.parent and self.is_sighting(other)
                 and (other.frames in edge.moving.beside or other.authorities == edge.authorities
                      and len(edge.authorities) == 1)]
 
-    def _is_sighting(self, edge: EdgeRecord) -> bool:
-        return (edge.moving is not None and edge.moving.motion.travelled > _FREELY
-                and edge.moving.motion.turn_rates.median > _FREELY
-                and edge.child not in self._parents)
+    def is_sighting(self, edge: EdgeRecord) -> bool:
+        """Return whether an edge may be what a sensor sees: freely moving, without children."""
+        return edge.moving is not None and self.has_no_children(edge) and (
+            edge.moving.timing.count < _GLIMPSES or edge.moving.motion.travelled > _FREELY
+            and edge.moving.motion.turn_rates.median > _FREELY)
+
+    def has_no_children(self, edge: EdgeRecord) -> bool:
+        """Return whether no edge begins where this one ends."""
+        return edge.child not in self._parents
 
     # --- clocks
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from tf_tree_py.core.messages.incidents import is_ambiguous
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, is_dead
 from tf_tree_py.core.text import listed, times
 
@@ -22,6 +23,9 @@ _AHEAD = from_seconds(0.05)
 _BEHIND, _STEADY, _STEADY_PART = from_seconds(0.1), from_seconds(0.01), 0.05
 # The delays of other edges show how much those of the recorder and the network vary.
 _FAR_BEHIND, _AS_STEADY = from_seconds(0.2), 1.5
+# Vision takes less time than this.
+_COMPUTED = from_seconds(0.5)
+_WAIT = 'lookups for the stamps of data need a timeout of this delay'
 # A node post-dates by at most the first, and by a constant within the others. AMCL post-dates by
 # one second unless its user changes it.
 _POST_DATED, _NEARLY, _NEARLY_PART, _BURST = from_seconds(2.0), from_seconds(0.2), 0.5, 3.0
@@ -49,11 +53,16 @@ _Late = tuple[EdgeRecord, Delays]
            'chrony')
 def clock_mixture(case: Case) -> Iterator[Remark]:
     """Find edges whose stamps come from a different clock than those of most edges."""
-    for clock in case.clocks[1:]:
-        apart = clock.delay - case.clocks[0].delay
+    if not case.clocks:
+        return
+    # Of as many edges on each clock, those that agree with the arrivals are right.
+    usual, *others = sorted(case.clocks, key=lambda clock: (-len(clock.edges), abs(clock.delay)))
+    for clock in others:
+        apart = clock.delay - usual.delay
+        beside = str(usual.edges[0]) if len(usual.edges) == 1 else f'{len(usual.edges)} others'
         yield _of_clock(
             clock.edges, f'stamped {format_span(abs(round(apart)))} '
-            f'{"behind" if apart > 0 else "ahead of"} {len(case.clocks[0].edges)} others',
+            f'{"behind" if apart > 0 else "ahead of"} {beside}',
             {'edges': len(clock.edges), 'apart_s': apart / 1e9})
 
 
@@ -194,22 +203,27 @@ def clock_drift(case: Case) -> Iterator[Remark]:
        explains=('delayed', 'skew'),
        catches='a delay that is constant, or that varies only as those of the other edges do',
        cause='the clock of the computer that stamps these edges is behind that of the one that '
-             'receives them; or, less likely, each sample takes that long to compute',
-       fix='synchronise the clocks of both computers with chrony; chronyc tracking prints their '
-           'offsets. If they agree, lookups for the stamps of data need a timeout of this delay',
+             'receives them; or their node sets the stamps too early by a constant, or takes that '
+             'long to compute each sample',
+       fix='if both are one computer, it is the node. If not, compare their clocks: chronyc '
+           'tracking prints the offsets; synchronise them with chrony. If they agree, lookups for '
+           'the stamps of data need a timeout of this delay',
        recorded_fix='synchronise the clocks of both computers with chrony before the next '
                     'recording. In this one, shift the stamps of these edges by the offset, if '
                     'the clock was the cause')
 def clock_offset(case: Case) -> Iterator[Remark]:
     """Find edges with a constant delay; the delay of a computation varies."""
     for edges in _alike(case, lambda edge, delays: _is_behind(case, edge, delays)):
-        usual, spread = edges[0][1].usual, edges[0][1].spread
+        usual, spread, middle = edges[0][1].usual, edges[0][1].spread, edges[0][1].middle
         others = case.delays_beside(edges[0][0])
-        beside = f'; most other edges after {others.usual / 1e6:.0f} ms' if others else ''
+        beside = f'; most other edges after {round(others.usual / 1e6)} ms' if others else ''
+        # A few delays may be far from the others.
+        part, differ = (90, spread) if spread <= 2.0 * middle else (50, middle)
         yield _of_clock(
-            [edge for edge, _ in edges], f'received {usual / 1e6:.0f} ms after the stamp, and 90 '
-            f'of 100 of those delays differ by {spread / 1e6:.1f} ms at most{beside}',
-            {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9})
+            [edge for edge, _ in edges], f'received {usual / 1e6:.0f} ms after the stamp, and '
+            f'{part} of 100 of those delays differ by {differ / 1e6:.1f} ms at most{beside}',
+            {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9},
+            **_of_computation(case, edges))
     for edges in _leading(case):
         behind = [edge for edge, _ in case.moving() if edge.frames in case.delays
                   and case.delays[edge.frames].usual > edges[-1][1].usual + _AHEAD]
@@ -217,6 +231,29 @@ def clock_offset(case: Case) -> Iterator[Remark]:
         far = -edges[0][1].usual > _FAR_BEHIND
         if case.timebase.differs and behind and far and not _is_post_dated(case, edges):
             yield _of_groups(edges, behind)
+
+
+def _of_computation(case: Case, edges: Sequence[_Late]) -> dict[str, Any]:
+    """Return what differs if the computation of each sample may take that long."""
+    late = {edge.frames for edge, _ in edges}
+    senders = {name for edge, _ in edges for name in edge.authorities}
+    in_time = [edge for edge, _ in case.moving() if edge.frames in case.delays
+               and edge.frames not in late and {*edge.authorities} == senders
+               and abs(case.delays[edge.frames].usual) < _AHEAD]
+    known = len(senders) == 1 and all(senders) and not any(map(is_ambiguous, senders))
+    if known and in_time:
+        return {'cause': f'their node sets these stamps too early by a constant, or takes that '
+                         f'long to compute each sample. Its clock is right: it sends {in_time[0]} '
+                         'in time',
+                'fix': _WAIT}
+    if edges[-1][1].usual < _COMPUTED and all(
+            case.is_sighting(edge) and not case.is_fixed(edge.parent) for edge, _ in edges):
+        return {'severity': Severity.NOTE,
+                'cause': 'each sample takes that long to compute, as vision usually does; or the '
+                         'clock of the computer that stamps these edges is behind',
+                'fix': f'{_WAIT}. If they are stamped on another computer, compare the clocks: '
+                       'chronyc tracking prints their offsets'}
+    return {}
 
 
 def _of_groups(leading: Sequence[_Late], behind: Sequence[EdgeRecord]) -> Remark:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from math import degrees
 from typing import Any
 
-from tf_tree_py.core.stamp import format_span, format_stamp
+from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.core.text import times
 
 from .case import Case
@@ -20,13 +20,17 @@ from ..measures.motion import Jump
 _SEVERAL = 20
 # Metres: a joint that rotates travels less.
 _IN_PLACE = 1e-3
+# Of what turns steadily, one step of four is slower than this part of the usual one.
+_STEADY = 0.6
+# A correction that takes longer is sent too rarely, nanoseconds.
+_RARELY = from_seconds(0.5)
 
 
 @check(Severity.WARNING,
        explains=('interpolated_jump',),
        catches='a step between two samples that is faster than any real motion',
-       cause='an estimator that was reset, an encoder that wrapped around, or an outlier that '
-             'was not filtered',
+       cause='an estimator that was reset or corrected, such as by the loop closure of a SLAM, '
+             'an encoder that wrapped around, or an outlier that was not filtered',
        fix='check its publisher at that stamp; --max-speed and --max-turn-rate set the limits of '
            'motion')
 def pose_jump(case: Case) -> Iterator[Remark]:
@@ -44,9 +48,10 @@ def pose_jump(case: Case) -> Iterator[Remark]:
 @check(Severity.WARNING,
        explains=('pose_jump', 'interpolated_jump'),
        catches='single samples that are far from those before and after them',
-       cause='a sensor that returns zero or garbage now and then, or a filter that was reset for '
-             'one cycle',
-       fix='let its publisher omit such samples: a lookup at that moment returns the wrong pose')
+       cause='a sensor that returns zero or garbage now and then, a filter that was reset for '
+             'one cycle, or a second node that also sends this edge, but rarely',
+       fix='let its publisher omit such samples: a lookup at that moment returns the wrong pose. '
+           'If several nodes send this edge, stop all but one')
 def outlier(case: Case) -> Iterator[Remark]:
     """Find steps faster than the limits that the next step reverses."""
     for edge, moving in case.moving():
@@ -78,12 +83,28 @@ def too_fast(case: Case) -> Iterator[Remark]:
                 f'than {fast:.3g} m/s or {fast_turns:.3g} rad/s)',
                 {'p50_speed_m_s': usual, 'p95_speed_m_s': fast,
                  'p50_turn_rate_deg_s': degrees(turns),
-                 'p95_turn_rate_deg_s': degrees(fast_turns)})
+                 'p95_turn_rate_deg_s': degrees(fast_turns)},
+                **_ROTOR if _is_rotor(moving) else {})
+
+
+_ROTOR: dict[str, Any] = {
+    'severity': Severity.NOTE,
+    'cause': 'a rotor or a wheel that turns by a large part of a turn from one sample to the '
+             'next: then these samples do not show how fast it turns; or degrees sent as radians',
+    'fix': 'nothing to do if it is a rotor. If it is a joint, check the unit: /joint_states has '
+           'radians'}
+
+
+def _is_rotor(moving: MovingEdge) -> bool:
+    """Return whether an edge turns in place, and steadily, unlike a joint."""
+    slow, usual = moving.motion.turn_rates.at(0.25, 0.5)
+    return moving.motion.travelled < _IN_PLACE and slow > _STEADY * usual
 
 
 @check(Severity.WARNING, textbook=True,
        catches='a jump between two samples that are far apart in time',
-       cause='an edge that is sent rarely and corrected in one step, such as a slow localiser',
+       cause='an edge that is corrected in one step, such as by a slow localiser, or one that is '
+             'sent too rarely for its motion',
        fix='send it more often, even while it does not change: lookups between the two samples '
            'return interpolated poses that never existed')
 def interpolated_jump(case: Case) -> Iterator[Remark]:
@@ -95,7 +116,8 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
         if (jump.count and not in_place and moving.motion.is_rare(jump)
                 and not _rests(case, edge, moving)):
             yield of_edge(edge, f'{_in_words(jump)}: lookups in between return poses that never '
-                          'existed', _evidence(jump))
+                          'existed', _evidence(jump),
+                          **_of_localiser(case, edge) if jump.time < _RARELY else {})
 
 
 # An edge rests if it makes at most this many steps among at least the second number.

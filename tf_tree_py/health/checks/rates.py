@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from tf_tree_py.core.stamp import (
+    DEAD_SILENCE,
     format_span,
     format_stamp,
     from_seconds,
@@ -25,7 +26,7 @@ from .case import Case, is_frozen, timing_of
 from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
-from ..measures.spread import median
+from ..measures.spread import median, quantiles
 from ..measures.timing import Timing
 
 # How old an edge's newest sample may be, nanoseconds, and the edge.
@@ -35,6 +36,15 @@ _Aged = tuple[float, EdgeRecord]
 _SEVERAL = 20
 # With fewer samples than this, nobody knows that the next one is overdue.
 _FEW = 8
+# What was silent for nearly as long before, continued then.
+_NO_LONGER = 1.2
+# That many edges of one frame do not end alone, one after another, unless they show objects.
+_SEVERAL_LEFT = 2
+# The nodes of a robot that is stopped end this long after each other.
+_SHORT = from_seconds(0.2)
+# The rate is measured in parts of this many samples; it changed if it differs by this factor, and
+# by as much as this part of the factor between the intervals.
+_PART, _CHANGED, _AS_MUCH = 8, 2.0, 0.6
 # A computer is not silent for longer than this: a month.
 _LONG = from_seconds(30 * 86_400.0)
 # Of a gap in the stamps, at least this part is without messages.
@@ -49,7 +59,8 @@ _CHANCE = 2.5
 @check(Severity.WARNING,
        explains=('interpolated_jump', 'irregular_rate', 'skew'),
        catches='an edge that was silent for long and then continued',
-       cause='its node hung, crashed or was restarted, or the network broke',
+       cause='its node hung, crashed or was restarted, the network broke, or what it measures was '
+             'out of view',
        fix='check the log of its publisher at that time: lookups in the gap are interpolated '
            'across it')
 def gap(case: Case) -> Iterator[Remark]:
@@ -186,6 +197,7 @@ def _of_all(edges: Sequence[EdgeRecord], timing: Timing, may_pause: bool) -> Rem
        fix='check the log of its publisher: lookups for a later time fail')
 def stale(case: Case) -> Iterator[Remark]:
     """Find silent edges; one that has been silent for long is an error."""
+    stopped = _stopped(case)
     for edge, moving in case.moving():
         timing = moving.timing
         silence = silence_of(edge, case.now, case.timebase)
@@ -197,12 +209,51 @@ def stale(case: Case) -> Iterator[Remark]:
         interval = min(timing.interval, mean_interval(timing.span, timing.count))
         if _is_irregular(moving):
             interval = max(interval, timing.intervals.at(0.9)[0])
-        dead = timing.count >= _FEW and is_dead(silence, interval)
+        dead = (timing.count >= _FEW and is_dead(silence, interval)
+                and silence > _NO_LONGER * timing.intervals.most)
+        unseen = _out_of_view(
+            case, edge, 0, timing.last + silence_allowed(timing.interval), math.inf)
+        if timing.count == 1 and silence > case.limits.cache_time and not unseen:
+            continue  # slow_for_window reports it
         yield of_edge(
             edge, f'has been silent for {format_span(round(silence))}; {usual}',
             {'silent_s': silence / 1e9, 'usual_s': timing.interval / 1e9, 'samples': timing.count},
-            **{'severity': Severity.ERROR if dead else None, **_out_of_view(
-                case, edge, 0, timing.last + silence_allowed(timing.interval), math.inf)})
+            **{'severity': Severity.ERROR if dead else None, **(
+                unseen or (_STOPPED if stopped and not dead else {})
+                or (_LEFT if _may_have_left(case, edge, moving) else {}))})
+
+
+_STOPPED = {
+    'severity': Severity.NOTE,
+    'cause': 'the robot was stopped before the recorder: its nodes ended one after another',
+    'fix': 'nothing to do, if it was stopped then; if not, check the log of the node that ended '
+           'first'}
+_LEFT = {
+    'severity': Severity.WARNING,
+    'cause': 'what it shows, such as a tag, a person or an object, left the view of its sensor; '
+             'or its node hangs, has crashed or was stopped, or the network is broken',
+    'fix': 'if it should still be there, check the log of its publisher: lookups for a later '
+           'time fail'}
+
+
+def _may_have_left(case: Case, edge: EdgeRecord, moving: MovingEdge) -> bool:
+    """Return whether an edge may show a tag or an object that left while its node went on."""
+    beside = [(other, ended) for other, ended in case.moving() if other.parent == edge.parent
+              and case.has_no_children(other) and is_stale(other, case.now, case.timebase)]
+    together = [other for other, ended in beside if abs(ended.timing.last - moving.timing.last)
+                < silence_allowed(moving.timing.interval)]
+    # On a robot, a sensor sees it; or several left one after another, such as on a belt.
+    seen = case.is_sighting(edge) and not case.is_fixed(edge.parent)
+    return together == [edge] and (seen or len(beside) > _SEVERAL_LEFT)
+
+
+def _stopped(case: Case) -> bool:
+    """Return whether edges ended one after another shortly before the end of a recording."""
+    silences = [(silence_of(edge, case.now, case.timebase), moving.timing.interval)
+                for edge, moving in case.moving()]
+    ended = [silence for silence, interval in silences
+             if _SHORT + MISSED * interval < silence <= DEAD_SILENCE]
+    return case.recorded and len(ended) > 1 and max(ended) - min(ended) > _SHORT
 
 
 @check(Severity.WARNING,
@@ -215,11 +266,28 @@ def irregular_rate(case: Case) -> Iterator[Remark]:
     for edge, moving in case.moving():
         if _is_irregular(moving):
             short, usual, long = moving.timing.intervals.at(0.1, 0.5, 0.9)
+            changes = _changes_rate(moving)
             yield of_edge(
-                edge, f'comes irregularly: 80 of 100 intervals are between '
-                f'{format_span(round(short))} and {format_span(round(long))}',
+                edge, f'{"changes its rate" if changes else "comes irregularly"}: 80 of 100 '
+                f'intervals are between {format_span(round(short))} and '
+                f'{format_span(round(long))}',
                 {'p10_interval_s': short / 1e9, 'p50_interval_s': usual / 1e9,
-                 'p90_interval_s': long / 1e9})
+                 'p90_interval_s': long / 1e9}, **_ANOTHER_RATE if changes else {})
+
+
+_ANOTHER_RATE = {
+    'severity': Severity.NOTE,
+    'cause': 'its node sends faster in one mode than in another; or the node, or its computer, '
+             'became slower',
+    'fix': 'nothing to do, if it is meant to change its rate'}
+
+
+def _changes_rate(moving: MovingEdge) -> bool:
+    """Return whether the intervals are alike for a while, and others later."""
+    parts = np.sort(np.diff(np.sort(moving.timing.pairs.kept[:, 1])[::_PART]))
+    (fast, slow), (short, long) = (
+        quantiles(parts, (0.05, 0.95)), moving.timing.intervals.at(0.1, 0.9))
+    return slow > max(_CHANGED, _AS_MUCH * long / max(short, 1.0)) * fast
 
 
 def _is_irregular(moving: MovingEdge) -> bool:
@@ -248,10 +316,12 @@ def slow_for_window(case: Case) -> Iterator[Remark]:
                     else case.timebase.elapsed(timing.last, case.now))
         if timing.intervals.count >= _FEW:
             interval = timing.intervals.median
-        if interval > window:
+        if interval > window and not (timing.count < _FEW and case.still_seen(edge)):
+            came = f'came once, {interval / 1e9:.1f} s ago,' if timing.count == 1 else (
+                f'comes every {interval / 1e9:.1f} s,')
             yield of_edge(
-                edge, f'comes every {interval / 1e9:.1f} s, and buffers keep '
-                f'{window / 1e9:.1f} s: only lookups at the exact stamps succeed',
+                edge, f'{came} and buffers keep {window / 1e9:.1f} s: '
+                'only lookups at the exact stamps succeed',
                 {'interval_s': interval / 1e9, 'window_s': window / 1e9})
 
 

@@ -56,7 +56,7 @@ def arrival_step(timings: Sequence[Timing]) -> ArrivalStep | None:
     pairs = [each for each in pairs if len(each[0]) >= 2 * _SEVERAL]
     found = [step for received, stamps in pairs
              if (step := _step_of(received, stamps)) is not None]
-    if len(pairs) < 2 or not found:
+    if not found:
         return None
     step = max(found, key=lambda each: each.stamp)
     moved = any(_moves_arrivals(timing, step.step) for timing in timings)

@@ -118,11 +118,12 @@ class Timebase:
         self._sort(lines)
         alike = [lines[place] for place in self.clocks[0][0]]
         # A clock that was set does not show the pace of time, nor the time, unless most were set.
-        unset = [line for line in alike if not line.timing.steps] or alike
+        unset = [line for line in alike if not line.timing.steps]
+        if 2 * len(unset) < len(alike):
+            unset = alike
         self._fit(unset)
         if self.differs:
-            own = [median(line.lead - self._leads(line.received))
-                   for line in (unset if 2 * len(unset) >= len(alike) else alike)]
+            own = [median(line.lead - self._leads(line.received)) for line in unset]
             # An edge that leads is post-dated; so of two, the one behind shows the time.
             self._lead = float(np.percentile(own, 50, method='lower'))
 
