@@ -44,6 +44,20 @@ def test_correction_at_10_hz_is_a_note_of_any_size(meters):
     assert found.severity is Severity.NOTE and 'localiser' in found.cause
 
 
+@pytest.mark.parametrize('meters', [0.8, 2.5])
+def test_odometry_of_a_robot_that_stands_is_no_localiser(meters):
+    """Below it there are only wheels, and it was as slow as they are."""
+    robot = Robot(localiser_hz=8.0)
+    robot.edges = {'base': robot.edges['odom']}
+    base = robot.edges['base']
+    base.parent, base.child = 'odom', 'base'
+    base.poses[base.stamps > 8.0, 0] += meters
+    robot.add('base', 'wheel', 8.0, turning(2.0), 'wheels')
+    (found,) = worth_reporting(robot)
+    assert found.code in ('pose_jump', 'interpolated_jump')
+    assert 'localiser, which' not in found.cause
+
+
 def test_correction_that_takes_a_second_asks_for_a_higher_rate():
     robot = Robot(localiser_hz=1.0, seconds=40.0)
     edge = robot.edges['odom']

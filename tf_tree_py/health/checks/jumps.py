@@ -20,6 +20,8 @@ from ..measures.motion import Jump
 _SEVERAL = 20
 # Metres: a joint that rotates travels less.
 _IN_PLACE = 1e-3
+# Metres: a robot that drives goes further, a wheel turns in place.
+_DRIVEN = 0.1
 # Of what turns steadily, one step of four is slower than this part of the usual one.
 _STEADY = 0.6
 # A correction that takes longer is sent too rarely, nanoseconds.
@@ -155,6 +157,10 @@ def _rests(case: Case, edge: EdgeRecord, moving: MovingEdge) -> bool:
             and not case.is_correction(edge))
 
 
+def _may_be_a_robot(case: Case, edge: EdgeRecord, moving: MovingEdge) -> bool:
+    return moving.motion.travelled > _DRIVEN or not case.has_no_children(edge)
+
+
 def _in_words(jump: Jump) -> str:
     return (f'jumped {times(jump.count)}, at most by {jump.gone:.3g} m and '
             f'{degrees(jump.turned):.3g} deg in {format_span(jump.time)} after '
@@ -167,7 +173,10 @@ def _evidence(jump: Jump) -> dict[str, Number]:
 
 
 def _of_localiser(case: Case, edge: EdgeRecord) -> dict[str, Any]:
-    if not case.is_correction(edge):
+    # Odometry, too, may be slower than the wheels, which are all that is below it.
+    if not (case.is_correction(edge) and any(
+            below.parent == edge.child and _may_be_a_robot(case, below, moving)
+            for below, moving in case.moving())):
         return {}
     return {'severity': Severity.NOTE,
             'cause': 'a correction of the localiser, which may jump: the edge below it moves '
