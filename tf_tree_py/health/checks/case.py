@@ -327,7 +327,7 @@ class Case:
     def is_sighting(self, edge: EdgeRecord) -> bool:
         """Return whether an edge may be what a sensor sees: freely moving, without children."""
         return edge.moving is not None and self.has_no_children(edge) and (
-            edge.moving.timing.count < _GLIMPSES or edge.moving.motion.travelled > _FREELY
+            edge.moving.timing.count < _GLIMPSES or edge.moving.motion.speeds.median > _FREELY
             and edge.moving.motion.turn_rates.median > _FREELY)
 
     def has_no_children(self, edge: EdgeRecord) -> bool:

@@ -3,7 +3,7 @@
 
 """Checks of the rates of edges, and of their age when they are used."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 import math
 from typing import Any
 
@@ -197,7 +197,7 @@ def _of_all(edges: Sequence[EdgeRecord], timing: Timing, may_pause: bool) -> Rem
        fix='check the log of its publisher: lookups for a later time fail')
 def stale(case: Case) -> Iterator[Remark]:
     """Find silent edges; one that has been silent for long is an error."""
-    stopped = _stopped(case)
+    stopped, ended = _stopped(case), _ended(case)
     for edge, moving in case.moving():
         timing = moving.timing
         silence = silence_of(edge, case.now, case.timebase)
@@ -220,7 +220,7 @@ def stale(case: Case) -> Iterator[Remark]:
             {'silent_s': silence / 1e9, 'usual_s': timing.interval / 1e9, 'samples': timing.count},
             **{'severity': Severity.ERROR if dead else None, **(
                 unseen or (_STOPPED if stopped and not dead else {})
-                or (_LEFT if _may_have_left(case, edge, moving) else {}))})
+                or (_LEFT if _may_have_left(case, edge, ended) else {}))})
 
 
 _STOPPED = {
@@ -236,12 +236,20 @@ _LEFT = {
            'time fail'}
 
 
-def _may_have_left(case: Case, edge: EdgeRecord, moving: MovingEdge) -> bool:
+def _ended(case: Case) -> dict[str, list[EdgeRecord]]:
+    """Return the silent edges without children, by parent."""
+    found: dict[str, list[EdgeRecord]] = {}
+    for edge, _ in case.moving():
+        if case.has_no_children(edge) and is_stale(edge, case.now, case.timebase):
+            found.setdefault(edge.parent, []).append(edge)
+    return found
+
+
+def _may_have_left(case: Case, edge: EdgeRecord, ended: Mapping[str, list[EdgeRecord]]) -> bool:
     """Return whether an edge may show a tag or an object that left while its node went on."""
-    beside = [(other, ended) for other, ended in case.moving() if other.parent == edge.parent
-              and case.has_no_children(other) and is_stale(other, case.now, case.timebase)]
-    together = [other for other, ended in beside if abs(ended.timing.last - moving.timing.last)
-                < silence_allowed(moving.timing.interval)]
+    beside, timing = ended.get(edge.parent, []), timing_of(edge)
+    together = [other for other in beside if abs(timing_of(other).last - timing.last)
+                < silence_allowed(timing.interval)]
     # On a robot, a sensor sees it; or several left one after another, such as on a belt.
     seen = case.is_sighting(edge) and not case.is_fixed(edge.parent)
     return together == [edge] and (seen or len(beside) > _SEVERAL_LEFT)
