@@ -137,6 +137,16 @@ def test_edge_that_came_once_has_one_finding():
     assert found.code == 'slow_for_window' and 'came once, ' in found.summary
 
 
+def test_tag_that_was_seen_once_by_a_detector_that_died_is_reported():
+    robot = Robot(seconds=40.0, authority='/robot')
+    for child in ('tag_0', 'tag_1'):
+        robot.add('tool', child, 15, seen, 'detector')
+    keep(robot.edges['tag_0'], robot.edges['tag_0'].stamps < 6.0)
+    robot.edges['tag_1'] = Edge('tool', 'tag_1', np.array([5.99]), np.array([6.0]),
+                                seen(np.ones(1)), 'detector')
+    assert {one.frames[1] for one in worth_reporting(robot)} == {'tag_0', 'tag_1'}
+
+
 # --- rates and delays
 
 @pytest.mark.parametrize(('first_hz', 'then_hz'), [(200, 20), (10, 50), (100, 25)])

@@ -213,8 +213,8 @@ def stale(case: Case) -> Iterator[Remark]:
                 and silence > _NO_LONGER * timing.intervals.most)
         unseen = _out_of_view(
             case, edge, 0, timing.last + silence_allowed(timing.interval), math.inf)
-        if timing.count == 1 and silence > case.limits.cache_time and not unseen:
-            continue  # slow_for_window reports it
+        if timing.count == 1 and silence > case.limits.cache_time and not case.still_seen(edge):
+            continue  # slow_for_window reports it, with the same condition
         yield of_edge(
             edge, f'has been silent for {format_span(round(silence))}; {usual}',
             {'silent_s': silence / 1e9, 'usual_s': timing.interval / 1e9, 'samples': timing.count},
