@@ -22,6 +22,8 @@ from ..messages.sample import Batch, checked, JudgedTrack, Sample, SampleTrack, 
 from ..stamp import LATEST
 from ..tree.tree import Tree
 
+_ALL_WENT_BACK = 'all stamps went back, as in a bag that loops'
+
 
 class Intake:
     """
@@ -176,8 +178,8 @@ class Intake:
             if incident is None:
                 return []
             self.count(0, [incident])
-            self._forget()
-        self._give_up('All stamps went back, as in a bag that loops,')
+            self._forget(_ALL_WENT_BACK)
+        self._give_up(_ALL_WENT_BACK)
         return [incident]
 
     # --- inserting, with the lock
@@ -259,17 +261,21 @@ class Intake:
 
     # --- forgetting
 
-    def clear(self) -> None:
-        """Clear all moving edges; frame names and static edges stay."""
+    def clear(self, why: str = 'clear() was called') -> None:
+        """
+        Clear all moving edges; frame names and static edges stay.
+
+        :param why: the reason as a clause, for the errors of lookups.
+        """
         with self.lock:
-            self._forget()
+            self._forget(why)
             if self._jump_back:
                 self._jump_back.begin()
         self._waiting.ask_again()
 
     def start_anew(self, why: str) -> None:
         """Clear all moving edges, because time has restarted, and make all waiters fail."""
-        self.clear()
+        self.clear(why)
         self._give_up(why)
 
     def read_clock_anew(self) -> None:
@@ -278,10 +284,10 @@ class Intake:
         # the old guard.
         self._guard = self._guard.renewed()
 
-    def _forget(self) -> None:
-        self.tree.clear()
+    def _forget(self, why: str) -> None:
+        self.tree.clear(why)
         self.read_clock_anew()
 
     def _give_up(self, why: str) -> None:
         self._waiting.fail(ClockJumpException(
-            f'{why} during the wait; the buffer was cleared'))
+            f'During the wait {why}; the buffer was cleared'))

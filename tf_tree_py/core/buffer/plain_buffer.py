@@ -185,7 +185,7 @@ class PlainBuffer(Queries):
         """
         Clear all moving edges, because time has restarted, and make all waiters fail.
 
-        :param why: the beginning of the sentence of their error.
+        :param why: the reason as a clause, for their error and those of lookups.
         """
         self.intake.start_anew(why)
 

@@ -4,7 +4,9 @@
 """
 Climbing from a frame to the frames above it: at a stamp, now, or over a time interval.
 
-These are pure functions of the histories of a tree. A frame has a parent at a stamp if its
+Also the edges that were cleared, for errors of lookups that fail because of that.
+
+The climbs are pure functions of the histories of a tree. A frame has a parent at a stamp if its
 samples include that stamp in their span; otherwise the climb ends at it as at a root, as in
 tf2. "Now" uses every frame's newest sample.
 """
@@ -13,7 +15,14 @@ from collections.abc import Collection, Container, Mapping
 from typing import NamedTuple
 
 from ..edges.protocol import History, moves
-from ..errors import ANY_STRUCTURE, Blocker
+from ..errors import (
+    ANY_STRUCTURE,
+    Blocker,
+    ConnectivityException,
+    NoDataException,
+    PastExtrapolationException,
+    TransformException,
+)
 
 Histories = Mapping[str, History]
 
@@ -194,3 +203,72 @@ def _loop(trail: _Trail | None) -> Loop:
         steps.append((history, frame))
     steps.reverse()
     return Loop([history for history, _ in steps], [frame for _, frame in steps])
+
+
+# --- edges that were cleared
+
+class ClearedEdge(NamedTuple):
+    """The parent of an edge that was cleared, and its first and last stamp, nanoseconds."""
+
+    parent: str | None
+    oldest: int
+    latest: int
+
+
+class Cleared:
+    """The last time that a tree was cleared: why, and what it had."""
+
+    def __init__(self, why: str, histories: Histories) -> None:
+        """
+        Take note of what is about to be cleared.
+
+        :param why: the reason as a clause, such as ``the clock jumped back by 3.000 s``.
+        :param histories: those of the tree.
+        """
+        self._why = why
+        self._edges: dict[str, ClearedEdge] = {}
+        for child, history in histories.items():
+            oldest, latest = history.oldest_stamp, history.latest_stamp
+            if not history.is_static and oldest is not None and latest is not None:
+                self._edges[child] = ClearedEdge(history.parent, oldest, latest)
+
+    def explain(self, error: TransformException, histories: Histories) -> None:
+        """
+        Replace the hint of an error if the lookup failed because the tree was cleared.
+
+        :param error: with its frames.
+        :param histories: those of the tree now.
+        """
+        what = self._lost(error, histories)
+        if what:
+            error.hint = f'{what}: {self._why}'
+
+    def _lost(self, error: TransformException, histories: Histories) -> str:
+        """Return which data the lookup lacks because of it; '' if it would have failed anyway."""
+        if isinstance(error, ConnectivityException):
+            above_target, above_source = (
+                self._above(frame, histories)
+                for frame in (error.target_frame, error.source_frame))
+            return ('' if above_target.isdisjoint(above_source) else
+                    'The buffer forgot an edge between them, and has received none since')
+        if not isinstance(error, NoDataException | PastExtrapolationException):
+            return ''
+        edge = self._edges.get(error.child or '')
+        if edge is None:
+            return ''
+        if error.requested is not None and edge.oldest <= error.requested <= edge.latest:
+            return 'The buffer had data of this edge for that time, and forgot it'
+        return ('The buffer forgot the data of this edge, and has received none since'
+                if isinstance(error, NoDataException) else '')
+
+    def _above(self, frame: str | None, histories: Histories) -> set[str]:
+        """Return a frame and those above it, by edges of now and by those cleared since."""
+        above: set[str] = set()
+        while frame is not None and frame not in above:
+            above.add(frame)
+            history = histories.get(frame)
+            parent = None if history is None else history.parent
+            if parent is None and frame in self._edges:
+                parent = self._edges[frame].parent
+            frame = parent
+        return above

@@ -43,7 +43,7 @@ class FramesInErrors:
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, TransformException):
-            error.in_lookup(*self.frames, self.tree.live)
+            self.tree.complete(error, *self.frames)
 
 
 class Queries:
@@ -109,7 +109,7 @@ class Queries:
                     return self._tree.paths.newest_pose(target_frame, source_frame)
                 return stamp, self._tree.paths.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
-            error.in_lookup(target_frame, source_frame, self._tree.live)
+            self._tree.complete(error, target_frame, source_frame)
             raise
 
     def lookup_at(self, target_frame: str, source_frame: str, stamp: Stamp) -> Pose:

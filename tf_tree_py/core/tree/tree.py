@@ -14,12 +14,13 @@ The incidents of samples that change the tree, or are refused because they would
 from collections.abc import Sequence
 from typing import cast, TypeVar
 
-from .climb import find_loop, Loop
+from .climb import Cleared, find_loop, Loop
 from .companions import Companion
 from .path_finder import PathFinder, Spanning
 from ..edges.histories import DynamicHistory, StaticHistory
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
+from ..errors import TransformException
 from ..geometry.poses import is_sound
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
@@ -68,6 +69,7 @@ class Tree:
         self._remarks = Remarks()
         self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
         self._known_count = 0
+        self._cleared: Cleared | None = None
 
     # --- inserting
 
@@ -303,13 +305,25 @@ class Tree:
 
     # --- removing
 
-    def clear(self) -> None:
-        """Remove the samples of moving edges; frame names and static edges stay, as in tf2."""
+    def clear(self, why: str) -> None:
+        """
+        Remove the samples of moving edges; frame names and static edges stay, as in tf2.
+
+        :param why: the reason as a clause, for errors of lookups that fail because of it.
+        """
+        self._cleared = Cleared(why, self.histories)
         for history in self.histories.values():
             history.clear()
         for companion in self.companions.values():
             companion.clear(self.histories)
         self._structure_changed()
+
+    def complete(self, error: TransformException, target_frame: str,
+                 source_frame: str | None) -> None:
+        """Add to the error of a lookup its frames, and the hint that is right for this tree."""
+        error.in_lookup(target_frame, source_frame, self.live)
+        if self._cleared is not None:
+            self._cleared.explain(error, self.histories)
 
     def remove(self, frame: str) -> bool:
         """
