@@ -10,8 +10,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 import numpy as np
 import pytest
+from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.time import Time
 from ros_helpers import until
 from tf2_echoes import Tf2Echo
 from tf2_msgs.msg import TFMessage
@@ -182,6 +184,20 @@ def test_beyond_the_limit_of_a_jump_it_jumps_and_logs_how_far(context, robot, lo
     steps = [se3.distance(before.pose, after.pose)[1]
              for before, after in zip(samples, samples[1:], strict=False)]
     assert max(steps) > 1.0 and sum(step > 1e-3 for step in steps) == 1
+
+
+def test_clock_that_trembles_is_no_new_run_and_one_that_starts_again_is(context, log):
+    node = RelocalisationAnchor(context=context, parameter_overrides=[
+        Parameter('use_sim_time', value=True)])
+    for milliseconds in (10_000, 9980, 10_010, 9500):
+        node.get_clock().set_ros_time_override(Time(
+            nanoseconds=milliseconds * MS, clock_type=ClockType.ROS_TIME))
+        node.publish()
+    assert 'starting again' not in log()
+    node.get_clock().set_ros_time_override(Time(clock_type=ClockType.ROS_TIME))
+    node.publish()
+    assert 'The clock went back by 10.010 s: starting again' in log()
+    node.destroy_node()
 
 
 def test_parameter_that_names_no_frame_is_refused(context):

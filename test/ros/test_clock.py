@@ -15,7 +15,8 @@ from rclpy.clock import Clock, ROSClock
 from rclpy.clock_type import ClockType
 from ros_helpers import at, lasting, LATEST, PATIENCE_S, transform, until
 from tf_tree_py import Buffer, TransformException
-from tf_tree_py.ros.waiting.clock import ClockDeadline, ClockWatch
+from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
+from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
 SECOND = 1_000_000_000
 
@@ -46,7 +47,7 @@ def watch(jumps):
 def clock(watch):
     """Return a simulated clock at 10 s, which the watch uses."""
     clock = sim_clock(10.0)
-    watch.use_clock(clock)
+    watch.use_clock(ClockSource(clock))
     return clock
 
 
@@ -70,7 +71,7 @@ def until_asleep(watch, count=1):
     Clock(clock_type=ClockType.STEADY_TIME)])
 def test_time_that_is_not_simulated_is_the_walls(watch, fall_asleep, clock):
     if clock is not None:
-        watch.use_clock(clock)
+        watch.use_clock(ClockSource(clock))
     assert watch.simulated_now() is None
     deadline = ClockDeadline(watch, SECOND // 50, None)
     assert deadline.wait(threading.Event()) is False
@@ -108,7 +109,7 @@ def test_tick_wakes_everybody_whose_time_is_up(watch, switching_often):
             event.clear()
 
     clock = sim_clock(0.5)
-    watch.use_clock(clock)
+    watch.use_clock(ClockSource(clock))
     with ThreadPoolExecutor(40) as threads:
         try:
             for turn in range(10):
@@ -125,8 +126,10 @@ def test_tick_wakes_everybody_whose_time_is_up(watch, switching_often):
 @pytest.mark.parametrize(('times', 'expected'), [
     ((11.0, 12.0, 100.0), []),
     ((9.0,), [-SECOND]),
-    ((11.0, 10.999999999), [-1]),
-    ((0.0, 5.0, 4.0), [-10 * SECOND, -SECOND]),
+    ((11.0, 10.000000001, 10.999999999, 10.2), []),
+    ((9.5, 9.0, 8.5), [-SECOND]),  # by small steps, of which tf2 sees none
+    ((10.9, 10.0, 11.8, 10.9, 10.7), [-11 * SECOND // 10]),
+    ((0.0, 5.0, 4.0, 3.5), [-10 * SECOND, -SECOND]),
 ])
 def test_jumps_back_and_changes_of_the_kind_of_time_are_reported(
         clock, jumps, times, expected):
@@ -138,21 +141,33 @@ def test_jumps_back_and_changes_of_the_kind_of_time_are_reported(
     assert len(jumps) == len(expected) + 2
 
 
+@pytest.mark.parametrize(('limit', 'expected'), [
+    (0, [-1, -SECOND]), (1, [-1, -SECOND]), (2, [-SECOND - 1]), (2 * SECOND, [])])
+def test_limit_of_a_step_back_can_be_chosen(limit, expected):
+    jumps = []
+    watch = ClockWatch(lambda jump: jumps.append(jump.delta.nanoseconds), limit)
+    clock = sim_clock(10.0)
+    watch.use_clock(ClockSource(clock))
+    show(clock, 9.999999999)
+    show(clock, 8.999999999)
+    assert jumps == expected
+
+
 def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
     first, second = sim_clock(10.0), sim_clock(20.0)
     for clock in (first, second, second):
-        watch.use_clock(clock)
+        watch.use_clock(ClockSource(clock))
     # Who lends a clock twice has to take it back twice.
-    watch.leave(second)
+    watch.leave(ClockSource(second))
     assert watch.simulated_now() == 20 * SECOND
-    show(first, 1.0)
+    show(first, 3.0)
     assert jumps == []
-    watch.leave(second)
-    assert watch.simulated_now() == SECOND
+    watch.leave(ClockSource(second))
+    assert watch.simulated_now() == 3 * SECOND
     show(second, 1.0)
     show(first, 0.5)
-    assert jumps == [-SECOND // 2]
-    watch.leave(first)
+    assert jumps == [-5 * SECOND // 2]
+    watch.leave(ClockSource(first))
     assert watch.simulated_now() is None
     show(first, 0.1)
     assert len(jumps) == 1
@@ -160,25 +175,25 @@ def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
 
 def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep):
     second = sim_clock(10.0)
-    watch.use_clock(second)
-    deadline, hopeless = ClockDeadline(watch, SECOND, None), ClockDeadline(watch, SECOND, None)
+    watch.use_clock(ClockSource(second))
+    deadline, hopeless = (ClockDeadline(watch, seconds * SECOND, None) for seconds in (1, 9))
     waiting = fall_asleep(deadline)
-    watch.leave(second)
-    assert waiting.result(PATIENCE_S) is True
-    waiting = fall_asleep(hopeless)
-    watch.leave(clock)
-    assert waiting.result(PATIENCE_S) is True
-    assert hopeless.wait(threading.Event()) is False, 'no clock is left'
-    assert hopeless.elapsed_s() < PATIENCE_S
-    watch.use_clock(clock)
-    waiting = fall_asleep(deadline)
+    watch.leave(ClockSource(second))
+    assert not waiting.done()
+    show(second, 11.0)
+    assert not waiting.done()
     show(clock, 11.0)
     assert waiting.result(PATIENCE_S) is True
     assert deadline.wait(threading.Event()) is False
+    waiting = fall_asleep(hopeless)
+    watch.leave(ClockSource(clock))
+    assert waiting.result(PATIENCE_S) is True
+    assert hopeless.wait(threading.Event()) is False, 'no clock is left'
+    assert hopeless.elapsed_s() < PATIENCE_S
 
 
 def test_clock_whose_context_has_ended_counts_no_more(watch, context):
-    watch.use_clock(sim_clock(10.0), context)
+    watch.use_clock(ClockSource(sim_clock(10.0), context))
     assert watch.simulated_now() == 10 * SECOND
     deadline = ClockDeadline(watch, SECOND, None)
     context.shutdown()
@@ -193,7 +208,7 @@ def test_clock_may_outlive_who_uses_it(make, capsys):
     """Its C code keeps a bare pointer to the jump handle, so without unregistering it crashes."""
     clock = sim_clock(10.0)
     user = make()
-    user.use_clock(clock)
+    user.use_clock(ClockSource(clock) if isinstance(user, ClockWatch) else clock)
     gone = weakref.ref(user)
     del user
     gc.collect()

@@ -5,7 +5,6 @@
 
 import asyncio
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
 import gc
 import itertools
 from queue import SimpleQueue
@@ -14,7 +13,9 @@ import threading
 import weakref
 
 import pytest
+from rclpy.clock import ClockType, ROSClock
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.time import Time
 from ros_helpers import (
     at,
     ended,
@@ -29,8 +30,9 @@ from ros_helpers import (
     until_waiting,
 )
 import tf_tree_py as tf
-from tf_tree_py.ros.waiting.alarm_clock import AlarmDeadline, Alarms
-from tf_tree_py.ros.waiting.clock import ClockWatch
+from tf_tree_py.ros.waiting.alarm_clock import Alarms
+from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
+from tf_tree_py.ros.waiting.deadlines import AlarmDeadline
 
 EXECUTORS = pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
 HOUR = lasting(3600.0)
@@ -223,28 +225,21 @@ def test_simulated_timeouts_end_at_their_own_pace_and_in_their_order(simulated_b
     assert futures[5.0].exception().waited_s == 89.0
 
 
-class TickingWatch(ClockWatch):
-    """Simulated time that advances at the moment in which a thread goes to sleep."""
-
-    now = 0
-
-    def simulated_now(self):
-        return self.now
-
-    @contextmanager
-    def waking(self, event, end):
-        self.now = 10
-        yield
-
-
-def test_tick_just_before_the_alarms_sleep_is_not_missed():
-    watch, rang = TickingWatch(lambda jump: None), threading.Event()
+def test_end_that_is_reached_before_the_alarm_is_set_is_not_missed():
+    """The clock has been set back by then."""
+    clock, rang = ROSClock(), threading.Event()
+    clock._set_ros_time_is_active(True)
+    watch = ClockWatch(lambda jump: None)
+    watch.use_clock(ClockSource(clock))
+    deadline = AlarmDeadline(watch, 5, None)
+    for nanoseconds in (10, 2):
+        clock.set_ros_time_override(Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME))
 
     class Sleeper:
         expire = rang.set
 
     sleeper = Sleeper()
-    Alarms(watch, lambda: None).add(sleeper, AlarmDeadline(watch, 5, None))
+    Alarms(watch, lambda: None).add(sleeper, deadline)
     assert rang.wait(PATIENCE_S)
 
 
@@ -438,7 +433,7 @@ def test_one_thread_watches_all_timeouts_and_ends(buffer):
     [thread] = alarm_threads()
     assert thread.daemon
     # Long ones, for which it already sleeps, hold no short one up.
-    until(lambda: buffer.timeouts.watch._sleepers)
+    until(lambda: sys._current_frames()[thread.ident].f_code.co_name == 'wait')
     assert ended(wait_for(buffer, 4.0, lasting(0.02))).wait(PATIENCE_S)
     move(buffer, 3.0)
     assert all(future.done() for future in futures)

@@ -9,10 +9,12 @@ from typing import Any
 
 from rclpy.duration import Duration
 from tf_tree_py.command.arguments import Parser
+from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.remote.buffer_server import BufferServer
 from tf_tree_py.ros.remote.lookup_goal import ACTION_NAME
 from tf_tree_py.ros.topics.listener import TransformListener
+from tf_tree_py.ros.waiting.clock import JUMP_BACK
 
 from .bad_input import BadInput
 from .parameters import declare, describe, Setting
@@ -27,6 +29,8 @@ SETTINGS = (
             (0.0, 1e9)),
     Setting('clear_on_jump_back', 0.0,
             'clear moving transforms when stamps jump back by more, s; 0: never', (0.0, 1e9)),
+    Setting('clear_on_clock_jump_back', as_seconds(JUMP_BACK),
+            'clear them when simulated time goes back by this, s; 0: at any step', (0.0, 1e9)),
     Setting('diagnostics', False, 'publish the state of each edge on /diagnostics, once a second'),
 )
 
@@ -50,7 +54,8 @@ class BufferServerNode(ClosingNode):
         self.buffer = Buffer(
             Duration(seconds=given['buffer_size']), self,
             max_future=_unless_zero(given['max_future']),
-            clear_on_jump_back=_unless_zero(given['clear_on_jump_back']))
+            clear_on_jump_back=_unless_zero(given['clear_on_jump_back']),
+            clear_on_clock_jump_back=Duration(seconds=given['clear_on_clock_jump_back']))
         self._closing.callback(TransformListener(self.buffer, self).close)
         self._closing.callback(BufferServer(self.buffer, self).close)
         if given['diagnostics']:

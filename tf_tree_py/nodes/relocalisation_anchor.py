@@ -27,6 +27,7 @@ from tf_tree_py.ros.messages.convert import time_message
 from tf_tree_py.ros.messages.pose_covariances import uncertain_values
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, mismatches, TF_TOPIC
+from tf_tree_py.ros.waiting.clock import JUMP_BACK
 
 from .anchor_status import AnchorStatus, way_to_go
 from .edge_messages import frame_of, LIMITS, limits_of, samples_of
@@ -171,15 +172,16 @@ class RelocalisationAnchor(ClosingNode):
                 f'{way_to_go(left)} from it, and blends to it'), None)
 
     def publish(self) -> None:
-        """Publish map -> odom, if it is known; never twice for one stamp."""
+        """Publish map -> odom, if it is known; always with a later stamp than the last one."""
         stamp = self.get_clock().now().nanoseconds + self._ahead
         odom_T_frame = self._newest_pose()
         with self._lock:
-            if stamp < self._last:  # the clock has jumped back: another run
+            back = self._last - stamp
+            if back >= JUMP_BACK:  # another run
                 self._log.write('clock', '/clock', (
-                    f'The clock went back by {format_span(self._last - stamp)}: starting again'))
+                    f'The clock went back by {format_span(back)}: starting again'))
                 self._anchor.begin_anew()
-            if stamp == self._last:
+            elif back >= 0:
                 return
             self._last = stamp
             pose: Pose | None = self._anchor.publish(stamp, odom_T_frame)

@@ -107,8 +107,8 @@ def no_clock(case: Case) -> Iterator[Remark]:
        catches='simulated time of several nodes: /clock has more than one publisher; live only',
        cause='a recording that is played with --clock beside a simulation, two simulations, or '
              'two bridges of one clock',
-       fix='stop all but one. Where their times differ, time jumps back and forth, and every '
-           'jump back clears the buffers')
+       fix='stop all but one. Where their times differ, time jumps back and forth, and a '
+           'jump back of a second or more clears the buffers')
 def two_clocks(case: Case) -> Iterator[Remark]:
     """Find several publishers of a simulated time that is in use."""
     graph = case.graph

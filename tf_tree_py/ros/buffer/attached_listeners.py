@@ -8,14 +8,12 @@ import threading
 from typing import Any, Protocol
 import weakref
 
-from rclpy.clock import Clock
-from rclpy.context import Context
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.limited_log import IncidentLog
 
-from ..waiting.clock import ClockWatch
+from ..waiting.clock import ClockSource, ClockWatch
 
 
 class NamedPublisher(Protocol):
@@ -61,19 +59,19 @@ class AttachedListeners:
     def __len__(self) -> int:
         return self._count
 
-    def begin(self, clock: Clock, context: Context) -> None:
+    def begin(self, clock: ClockSource) -> None:
         """Follow the clock of a listener as long as it delivers transforms."""
         self._add(1)
-        self.watch.use_clock(clock, context)
+        self.watch.use_clock(clock)
         self._intake.read_clock_anew()
 
-    def end(self, clock: Clock, context: Context) -> None:
+    def end(self, clock: ClockSource) -> None:
         """Remove a listener; after the last one, release all waits that need a source."""
         is_last = not self._add(-1)
         if is_last:
             # Before its clock leaves: that ends waits, too, but another clock may hide the reason.
             self.watch.release()
-        self.watch.leave(clock, context)
+        self.watch.leave(clock)
         self._intake.read_clock_anew()
         if is_last:
             # Without a listener some of the waits give up.

@@ -16,7 +16,7 @@ import time
 from typing import Any, TypeVar
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
-from rclpy.clock import Clock, TimeJump
+from rclpy.clock import Clock, ClockChange, TimeJump
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
@@ -31,7 +31,7 @@ from tf_tree_py.core.buffer.plain_buffer import (
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.messages.sample import ImpossibleStamp
-from tf_tree_py.core.stamp import LATEST, UNLIMITED
+from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
 from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.reports.audit import LookupAudit
@@ -52,11 +52,13 @@ from ..messages.pose_covariances import (
     predicted_pose,
     PredictedPose,
 )
-from ..waiting.clock import ClockWatch
+from ..waiting.clock import ClockSource, ClockWatch, JUMP_BACK
 from ..waiting.futures import TransformFuture
 from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
+
+CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
 
 
 class Buffer(CoreApi, BufferInterface):
@@ -65,8 +67,8 @@ class Buffer(CoreApi, BufferInterface):
 
     It has all methods of tf2's buffer and those of ``BufferCore``. With a node it serves
     ``tf2_frames`` and follows the node's clock. A ``TransformListener`` lends it its own clock,
-    which advances even while the node's callbacks block. When the clock jumps back, the buffer
-    forgets all moving transforms, and all waits fail.
+    which advances even while the node's callbacks block. When simulated time
+    goes back by a second, the buffer forgets all moving transforms, and all waits fail.
     """
 
     def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,
@@ -75,6 +77,7 @@ class Buffer(CoreApi, BufferInterface):
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
                  clear_on_jump_back: Duration | None = None,
+                 clear_on_clock_jump_back: Duration = CLOCK_JUMP_BACK,
                  flight_recorder: FlightRecorder | None = None) -> None:
         """
         Make an empty buffer.
@@ -93,6 +96,9 @@ class Buffer(CoreApi, BufferInterface):
             this, as those of a bag do that is played in a loop without ``/clock``. It has to be
             more than the delay of any publisher, and less than the length of the bag. None: refuse
             such stamps.
+        :param clear_on_clock_jump_back: forget moving transforms, and make all waits fail, when
+            simulated time goes back by this or more, as in a simulation that is restarted; a
+            second unless given, as in tf2. Zero: at any step back.
         :param flight_recorder: keeps the messages that listeners receive, and writes them as a bag
             when a lookup first fails after it had succeeded.
         """
@@ -100,7 +106,8 @@ class Buffer(CoreApi, BufferInterface):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
                             f'{type(cache_time).__name__}: write Buffer(node=node)')
         check_places('Buffer(cache_time, node)', node=node)
-        self._watch = ClockWatch(self.time_jump_callback)
+        self._watch = ClockWatch(
+            self.time_jump_callback, as_nanoseconds(clear_on_clock_jump_back))
         super().__init__(
             _cache_time(cache_time), max_frames=max_frames,
             max_name_bytes=max_name_bytes, now=self.now,
@@ -115,7 +122,7 @@ class Buffer(CoreApi, BufferInterface):
         """The listeners that fill this buffer; they register themselves here."""
         if node is not None:
             self.feeds.log_to(node.get_logger())
-            self._watch.use_clock(node.get_clock(), node.context)
+            self._watch.use_clock(ClockSource(node.get_clock(), node.context))
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
@@ -170,7 +177,7 @@ class Buffer(CoreApi, BufferInterface):
 
     def use_clock(self, clock: Clock) -> None:
         """Follow a clock from now on: for timeouts, and to forget samples when it jumps back."""
-        self._watch.use_clock(clock)
+        self._watch.use_clock(ClockSource(clock))
         self.intake.read_clock_anew()
 
     def _is_simulated(self) -> bool:
@@ -182,10 +189,12 @@ class Buffer(CoreApi, BufferInterface):
         return self._watch.clock or Clock()
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Forget moving transforms, because the clock jumped back; called by rclpy."""
-        self.start_anew(
-            f'The clock jumped by {time_jump.delta.nanoseconds / 1e9:.3f} s, or changed its '
-            'source,')
+        """Forget moving transforms, because the clock jumped back or was replaced, and log it."""
+        why = _why_anew(time_jump, self.now())
+        self.start_anew(why)
+        # In tf2's words first, for those who search for them.
+        self.feeds.log.write('jump back in time', '', (
+            f'Detected jump back in time: {why}. The buffer forgot all moving transforms'), None)
 
     # --- lookups
 
@@ -386,6 +395,17 @@ def _log_recording(happened: Happened, path: Path | None, why_not: str) -> None:
     what = f'recorded as {path}' if path else f'not recorded: {why_not}'
     _recordings.write('recorded' if path else 'not recorded', '', f'{happened.summary} ({what})',
                       None if path else '')
+
+
+def _why_anew(jump: TimeJump, now: int) -> str:
+    """Return why time starts anew, as a clause."""
+    kind = {ClockChange.ROS_TIME_ACTIVATED: 'simulated', ClockChange.ROS_TIME_DEACTIVATED:
+            "the system's"}.get(jump.clock_change)
+    if kind is not None:
+        return f'use_sim_time was switched, and the clock is {kind} now'
+    back = -jump.delta.nanoseconds
+    return (f'the clock went back by {format_span(back)}, from {format_stamp(now + back)} '
+            f'to {format_stamp(now)}')
 
 
 def _cache_time(given: Duration | int | None) -> int | None:

@@ -30,6 +30,7 @@ _RETRY_S = 0.05
 # The graph's name of an endpoint before its node has announced itself.
 _UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
 _TYPE = 'tf2_msgs/msg/TFMessage'
+_CLOCK = '/clock'
 
 
 class PublisherNames:
@@ -131,6 +132,16 @@ def _known_name(info: Any) -> str:
     return '' if name == _UNNAMED else name
 
 
+def clock_publishers(node: Node) -> list[str]:
+    """Return the names of the nodes that publish simulated time, as far as they are known."""
+    if not is_running(node.context):
+        return []
+    with suppress(InvalidHandle):
+        infos = node.get_publishers_info_by_topic(node.resolve_topic_name(_CLOCK))
+        return [name for name in map(_known_name, infos) if name]
+    return []
+
+
 def graph_beside(node: Node, topics: Mapping[str, bool], *, settled: bool) -> RosGraph:
     """
     Return the publishers of transforms on other topics, and those of simulated time.
@@ -142,7 +153,7 @@ def graph_beside(node: Node, topics: Mapping[str, bool], *, settled: bool) -> Ro
     """
     others = [topic for topic, types in node.get_topic_names_and_types()
               if _TYPE in types and topic not in topics]
-    clock = node.resolve_topic_name('/clock')
+    clock = node.resolve_topic_name(_CLOCK)
     return RosGraph(
         [_endpoint(info, topic, info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
                    True) for topic in others for info in node.get_publishers_info_by_topic(topic)],

@@ -22,7 +22,7 @@ from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.frame_names import FrameFilter, rename
 
-from .endpoints import DuplicatePublishers, PublisherNames
+from .endpoints import clock_publishers, DuplicatePublishers, PublisherNames
 from .qos import (
     dynamic_qos,
     mismatches,
@@ -36,6 +36,7 @@ from ..buffer.interface import check_is_ours, check_places
 from ..threads.backlog import Backlog
 from ..threads.internal_node import internal_node, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
+from ..waiting.clock import ClockSource
 
 NAME = 'transform_listener_impl'
 """The name of the small nodes of listeners, without its hidden prefix and random digits."""
@@ -110,9 +111,10 @@ class TransformListener:
         self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner,
                              backlog if spin_thread and not static else None)
                        for topic, static, profile in resolved]
-        feed_of = self._home.get_clock(), node.context
-        buffer.feeds.begin(*feed_of)
-        self._end_feed = functools.partial(buffer.feeds.end, *feed_of)
+        clock = ClockSource(self._home.get_clock(), node.context,
+                            functools.partial(clock_publishers, self._home))
+        buffer.feeds.begin(clock)
+        self._end_feed = functools.partial(buffer.feeds.end, clock)
         if spin_thread:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,

@@ -3,7 +3,9 @@
 
 """Callbacks at times of the clock that a buffer follows: one thread serves them all."""
 
+from collections import deque
 from collections.abc import Callable
+from functools import partial
 import heapq
 import itertools
 import math
@@ -16,35 +18,12 @@ import weakref
 import rclpy.logging
 from tf_tree_py.core import fork_locks
 
-from .clock import ClockDeadline, ClockWatch, STOPPED_S
+from .clock import ClockWatch, STOPPED_S
+from .deadlines import AlarmDeadline
 from ..threads.internal_node import CallbackFailures
 
 _LINGER_S = 1.0
 _MIN_DEAD = 64
-
-
-class AlarmDeadline(ClockDeadline):
-    """A ``ClockDeadline`` for waits without a thread: an alarm ends them."""
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Return the monotonic time and the simulated time of its end; inf: never."""
-        return math.inf if self._wall_end is None else self._wall_end, self._end
-
-    @property
-    def released(self) -> bool:
-        """Return whether the last source of the awaited data has gone."""
-        return self._watch.released != self._released
-
-    def is_over(self) -> bool:
-        """Return whether the wait is over; ``why_early`` is the reason if it ended early."""
-        if self._is_over():
-            return True
-        if time.monotonic() < self.ends[0]:
-            return False
-        if self._begin is not None:
-            self.why_early = 'Given up because of the wall_guard: is any node publishing /clock?'
-        return True
 
 
 class Sleeper(Protocol):
@@ -52,9 +31,6 @@ class Sleeper(Protocol):
 
     def expire(self) -> None:
         """Give up, since the time is over."""
-
-
-_Entry = tuple[float, int, 'weakref.ref[Sleeper]']
 
 
 class Alarms:
@@ -78,9 +54,12 @@ class Alarms:
         self._lock = fork_locks.lock()
         self._bell = _Bell()
         self._numbers = itertools.count()
-        self._by_wall: list[_Entry] = []
-        self._by_simulation: list[_Entry] = []
-        self._pending: set[int] = set()
+        self._pending: dict[int, weakref.ref[Sleeper]] = {}
+        # The ends by the wall clock, with the numbers of their alarms; and the alarms that follow
+        # simulated time, of which the watch calls those that are due.
+        self._by_wall: list[tuple[float, int]] = []
+        self._simulated: set[int] = set()
+        self._due: deque[int] = deque()
         self._thread: threading.Thread | None = None
         fork_locks.repair(self)
         self._failures = CallbackFailures(rclpy.logging.get_logger('tf_tree_py'))
@@ -103,38 +82,45 @@ class Alarms:
 
         :return: the number that cancels it.
         """
-        reference = weakref.ref(sleeper)
         with self._lock:
             number = next(self._numbers)
-            self._pending.add(number)
-            first = False
-            for heap, end in zip(self._heaps(), deadline.ends, strict=True):
-                if end < math.inf:
-                    heapq.heappush(heap, (end, number, reference))
-                    first = first or heap[0][1] == number
+            self._pending[number] = weakref.ref(sleeper)
+            if deadline.is_simulated:
+                self._simulated.add(number)
+            end = deadline.wall_end
+            if end < math.inf:
+                heapq.heappush(self._by_wall, (end, number))
             if self._thread is None:
                 self._begin()
-            elif first:
+            elif end < math.inf and self._by_wall[0][1] == number:
                 self._bell.ring()
+        deadline.call(partial(self._end, number))
         return number
 
     def forget(self, number: int) -> None:
         """Cancel an alarm; it may have fired already."""
         with self._lock:
-            self._pending.discard(number)
-            kept = sum(map(len, self._heaps()))
-            if kept > 4 * len(self._pending) + _MIN_DEAD or (kept and not self._pending):
-                for heap in self._heaps():
-                    heap[:] = [entry for entry in heap if entry[1] in self._pending]
-                    heapq.heapify(heap)
+            if self._discard(number) is None:
+                return
+            most = 4 * len(self._pending) + _MIN_DEAD
+            if not self._pending or len(self._by_wall) > most:
+                self._by_wall = [entry for entry in self._by_wall if entry[1] in self._pending]
+                heapq.heapify(self._by_wall)
                 self._bell.ring()
+
+    def _discard(self, number: int) -> 'weakref.ref[Sleeper] | None':
+        self._simulated.discard(number)
+        return self._pending.pop(number, None)
+
+    def _end(self, number: int) -> None:
+        """Let the thread call a sleeper whose simulated time is over; takes no lock."""
+        if number in self._pending:
+            self._due.append(number)
+            self._bell.ring()
 
     def ring(self) -> None:
         """Wake the thread, if there is one; takes no lock."""
         self._bell.ring()
-
-    def _heaps(self) -> tuple[list[_Entry], list[_Entry]]:
-        return self._by_wall, self._by_simulation
 
     def _begin(self) -> None:
         self._thread = threading.Thread(target=self._run, name='tf_tree_py alarms', daemon=True)
@@ -166,41 +152,26 @@ class Alarms:
 
     def _sleep(self) -> None:
         with self._lock:
-            wall_end, simulated_end = (heap[0][0] if heap else math.inf for heap in self._heaps())
-        with self._watch.waking(self._bell.ring, simulated_end):
-            # The clock may have ticked before the bell was registered.
-            if not self._simulation_reached(simulated_end):
-                self._wait_for_bell(wall_end, simulated_end)
-
-    def _wait_for_bell(self, wall_end: float, simulated_end: float) -> None:
+            wall_end = self._by_wall[0][0] if self._by_wall else math.inf
+            simulated = bool(self._simulated)
         left_s = wall_end - time.monotonic()
-        before = self._watch.simulated_now()
-        if simulated_end < math.inf and self._watch.may_report and left_s > STOPPED_S:
+        if simulated and self._watch.may_report and left_s > STOPPED_S:
+            before = self._watch.simulated_now()
             if not self._bell.wait(STOPPED_S):
                 self._watch.report_if_stopped(before)
         else:
             self._bell.wait(left_s)
 
-    def _simulation_reached(self, end: float) -> bool:
-        """Return whether the simulated time has been reached, or is no longer published."""
-        if end == math.inf:
-            return False
-        now = self._watch.simulated_now()
-        return now is None or now >= end
-
     def _expire_due(self) -> None:
-        simulated = self._watch.simulated_now()
-        nows = time.monotonic(), math.inf if simulated is None else simulated
-        due: list[weakref.ref[Sleeper]] = []
+        now = time.monotonic()
+        due = []
         with self._lock:
-            for heap, now in zip(self._heaps(), nows, strict=True):
-                while heap and heap[0][0] <= now:
-                    _, number, reference = heapq.heappop(heap)
-                    if number in self._pending:
-                        self._pending.discard(number)
-                        due.append(reference)
+            while self._by_wall and self._by_wall[0][0] <= now:
+                due.append(self._discard(heapq.heappop(self._by_wall)[1]))
+            while self._due:
+                due.append(self._discard(self._due.popleft()))
         for reference in due:
-            sleeper = reference()
+            sleeper = None if reference is None else reference()
             try:
                 if sleeper is not None:
                     sleeper.expire()

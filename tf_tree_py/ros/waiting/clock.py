@@ -1,13 +1,19 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Waits by a ROS clock, which may stand still, run at its own pace, or jump back."""
+"""
+The ROS clock of a buffer, which may stand still, run at its own pace, tremble, or jump.
 
-from collections.abc import Callable, Iterator
+It decides when time has started anew, and when simulated time has reached the end of a wait.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+import heapq
+import itertools
 import math
-import threading
 import time
+from typing import NamedTuple, Protocol
 import weakref
 
 from rclpy.clock import Clock, ClockChange, JumpHandle, JumpThreshold, ROSClock, TimeJump
@@ -15,17 +21,42 @@ from rclpy.context import Context
 from rclpy.duration import Duration
 import rclpy.logging
 from tf_tree_py.core import fork_locks
-from tf_tree_py.core.stamp import as_seconds, format_stamp
+from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
+from tf_tree_py.core.text import listed
 
 from ..threads.internal_node import is_running
 
 # After so many seconds without a tick, a wait by a simulated clock is reported.
 STOPPED_S = 3.0
 
-_NO_LISTENER = 'Given up: the listener was closed, or ROS was shut down'
+JUMP_BACK = from_seconds(1.0)
+"""A step back of this much or more begins another run; the limit of tf2_ros."""
 
 _EVERY_TICK = JumpThreshold(min_forward=Duration(nanoseconds=1),
                             min_backward=Duration(nanoseconds=-1))
+# How long the publishers of a clock that steps back are not looked up again.
+_LOOK_AGAIN_S = 1.0
+_FEW_ENDS = 64
+
+
+class ClockSource(NamedTuple):
+    """
+    A clock, and what is known of it.
+
+    :ivar context: the context that drives it; None: it advances without one.
+    :ivar publishers: returns the nodes that publish its time, by the ROS graph.
+    """
+
+    clock: Clock
+    context: Context | None = None
+    publishers: Callable[[], Sequence[str]] = list
+
+
+class Timed(Protocol):
+    """Something that ends at a simulated time; the reference to it is weak."""
+
+    def reach(self, now: int | None) -> None:
+        """Take note that the time has come; None: simulated time is no longer received."""
 
 
 class ClockWatch:
@@ -35,17 +66,33 @@ class ClockWatch:
     Clocks are added and removed with the nodes that drive them; the newest one is in use. All
     waits share one jump callback: rclpy iterates over a clock's callbacks by index, so a removal
     during a tick makes it skip another callback.
+
+    A clock with several publishers trembles: it steps back by a little at every other message.
+    So a step back counts from the newest time that the clock has shown, and a wait ends at the
+    first tick that reaches its end, even if the clock steps back right after it.
     """
 
-    def __init__(self, on_jump_back: Callable[[TimeJump], None]) -> None:
+    def __init__(self, on_jump_back: Callable[[TimeJump], None],
+                 jump_back: int = JUMP_BACK) -> None:
+        """
+        Begin without a clock.
+
+        :param on_jump_back: called if time has started anew; the jump's ``delta`` is from the
+            newest time that the clock had shown.
+        :param jump_back: how far the clock has to step back for that, nanoseconds; 0: any step.
+        """
         self._on_jump_back = on_jump_back
+        self._jump_back = max(jump_back, 1)
         self._lock = fork_locks.lock()
-        self._clocks: list[tuple[Clock, Context | None]] = []
-        self._clock: tuple[Clock | None, Context | None] = (None, None)
+        self._sources: list[ClockSource] = []
+        self._source: ClockSource | None = None
         self._handles: list[JumpHandle] = []
         # A clock has only a raw pointer to its jump handle, which ends with this object.
         weakref.finalize(self, _unregister, self._handles).atexit = False
-        self._sleepers: dict[Callable[[], None], float] = {}
+        self._sleepers: dict[Callable[[], None], None] = {}
+        self._ends = _Ends()
+        self._newest = 0
+        self._look_at = -math.inf
         self.simulated = False
         """Whether the time comes from ``/clock`` and not from the system."""
         self.released = 0
@@ -58,40 +105,50 @@ class ClockWatch:
         """Forget the waits of the parent process."""
         self._sleepers.clear()
 
-    def use_clock(self, clock: Clock, context: Context | None = None) -> None:
+    def use_clock(self, source: ClockSource) -> None:
         """Follow a clock from now on, as long as the context that drives it is alive."""
         with self._lock:
-            self._clocks.append((clock, context))
+            self._sources.append(source)
             self._attend()
 
-    def leave(self, clock: Clock, context: Context | None = None) -> None:
+    def leave(self, source: ClockSource) -> None:
         """Stop following a clock, and use the one before it again, if there is one."""
         with self._lock:
-            self._clocks.remove((clock, context))
+            self._sources.remove(source)
             self._attend()
 
     @property
     def clock(self) -> Clock | None:
         """Return the clock in use; None if there is none."""
-        return self._clock[0]
+        return None if self._source is None else self._source.clock
 
     def simulated_now(self) -> int | None:
         """Return the simulated time in nanoseconds; None when time is not simulated."""
-        clock, context = self._clock
-        if clock is None or not _is_simulated(clock):
+        source = self._source
+        if source is None or not _is_simulated(source.clock):
             return None
         # After its context has ended, the clock would never advance.
-        return clock.now().nanoseconds if context is None or is_running(context) else None
+        return None if _has_ended(source) else source.clock.now().nanoseconds
 
     def has_ended(self) -> bool:
         """Return whether the clock in use has left, or has ended with its context."""
-        clock, context = self._clock
-        return clock is None or (context is not None and not is_running(context))
+        return self._source is None or _has_ended(self._source)
+
+    # --- waits
+
+    def begin(self, timed: Timed, timeout: int | None) -> int | None:
+        """
+        Begin a wait that ends when simulated time has advanced by a timeout.
+
+        :param timeout: nanoseconds; None: no limit.
+        :return: the simulated time; None: time is not simulated, and ``reach`` is not called.
+        """
+        return self._ends.add(timed, self.simulated_now, timeout)
 
     @contextmanager
-    def waking(self, wake: Callable[[], None], end: float) -> Iterator[None]:
-        """Call ``wake`` when the simulated time reaches the end, or another clock is in use."""
-        self._sleepers[wake] = end
+    def waking(self, wake: Callable[[], None]) -> Iterator[None]:
+        """Call ``wake`` when every wait ends."""
+        self._sleepers[wake] = None
         try:
             yield
         finally:
@@ -100,7 +157,9 @@ class ClockWatch:
     def release(self) -> None:
         """End every wait that has begun."""
         self.released += 1
-        self._wake_until(math.inf)
+        self._ends.reach(None)
+        for wake in list(self._sleepers):
+            wake()
 
     def report_if_stopped(self, before: int | None) -> None:
         """
@@ -110,117 +169,120 @@ class ClockWatch:
         """
         if self.may_report and before is not None and self.simulated_now() == before:
             self.may_report = False
-            rclpy.logging.get_logger('tf_tree_py').warning(
-                f'A lookup waits for simulated time, which has stood still at '
-                f'{format_stamp(before)} s for {STOPPED_S:.0f} s: is any node publishing /clock? '
-                'Its timeout does not pass in the meantime. Buffer(wall_guard=Duration(seconds=5))'
-                ' limits such a wait')
+            _warn('A lookup waits for simulated time, which has stood still at '
+                  f'{format_stamp(before)} s for {STOPPED_S:.0f} s: is any node publishing '
+                  '/clock? Its timeout does not pass in the meantime. '
+                  'Buffer(wall_guard=Duration(seconds=5)) limits such a wait')
+
+    # --- ticks
 
     def _attend(self) -> None:
         """Use the newest clock, and receive jumps from that one only."""
         _unregister(self._handles)
-        self._clock = self._clocks[-1] if self._clocks else (None, None)
-        clock = self._clock[0]
+        self._source = self._sources[-1] if self._sources else None
+        clock = self.clock
         self.simulated = _is_simulated(clock)
         if clock is not None:
             self._handles.append(clock.create_jump_callback(
                 _EVERY_TICK, post_callback=_weakly(self._on_tick)))
-        self._wake_until(math.inf)
+        now = self.simulated_now()
+        self._newest = now or 0
+        self._ends.reach(now)
 
     def _on_tick(self, jump: TimeJump) -> None:
-        if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE:
+        changed = jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE
+        if changed:
             # Another thread may be replacing this clock.
             with self._lock:
-                self.simulated = _is_simulated(self._clock[0])
-        clock = self._clock[0]
+                self.simulated = _is_simulated(self.clock)
+        now = self.simulated_now()
         try:
-            if jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE or jump.delta.nanoseconds < 0:
+            if changed:
+                self._newest = now or 0
                 self._on_jump_back(jump)
+            elif now is not None:
+                self._compare(now, jump)
         finally:
-            if self._sleepers and clock is not None:
-                self._wake_until(clock.now().nanoseconds)
+            self._ends.reach(now)
 
-    def _wake_until(self, time: float) -> None:
-        for wake, end in list(self._sleepers.items()):
-            if end <= time:
-                wake()
+    def _compare(self, now: int, jump: TimeJump) -> None:
+        """Compare the time with the newest one that the clock has shown."""
+        back = self._newest - now
+        if jump.delta.nanoseconds < 0:
+            self._name_publishers(-jump.delta.nanoseconds)
+        if back < self._jump_back:
+            self._newest = max(self._newest, now)
+        else:
+            self._newest = now
+            self._on_jump_back(TimeJump(jump.clock_change, Duration(nanoseconds=-back)))
+
+    def _name_publishers(self, back: int) -> None:
+        """Log once which nodes publish the time, if there are several."""
+        source, wall_now = self._source, time.monotonic()
+        if source is None or wall_now < self._look_at:
+            return
+        self._look_at = wall_now + _LOOK_AGAIN_S
+        # A node that was restarted stays in the graph for a while, under the same name.
+        names = sorted(set(source.publishers()))
+        if len(names) > 1:
+            self._look_at = math.inf
+            _warn(f'/clock went back by {format_span(back)}, and {len(names)} nodes publish it: '
+                  f'{listed(names)}. Time goes to and fro between them: stop all but one')
 
 
-class ClockDeadline:
+class _Ends:
     """
-    A timeout by the clock that a buffer follows.
+    The simulated times at which waits end, the earliest first.
 
-    With simulated time it follows ``/clock``, and does not pass while that stands still; the log
-    reports this once. Otherwise it follows the monotonic system clock. Nothing polls.
-
-    :ivar why_early: why the wait ended before its timeout; '' if it did not.
+    An end is removed at the first tick that reaches it. A wait that begins is added in the same
+    step in which the clock is read, so no tick is missed between the two.
     """
 
-    def __init__(self, watch: ClockWatch, timeout: int, wall_guard_s: float | None, *,
-                 by_wall: bool = False) -> None:
-        """
-        Begin now.
+    def __init__(self) -> None:
+        # Re-entrant, because a garbage collection may run a user's finalizer in here.
+        self._lock = fork_locks.rlock()
+        self._heap: list[tuple[int, int, weakref.ref[Timed]]] = []
+        self._numbers = itertools.count()
+        self._most = _FEW_ENDS
 
-        :param timeout: nanoseconds of the clock.
-        :param wall_guard_s: with simulated time, the longest wait in seconds of wall time;
-            None: without a limit.
-        :param by_wall: follow the monotonic system clock also with simulated time.
-        """
-        self.why_early = ''
-        self._watch = watch
-        self._released = watch.released
-        self._wall_begin = time.monotonic()
-        self._begin = self._now = None if by_wall else watch.simulated_now()
-        wall_s = as_seconds(timeout) if self._begin is None else wall_guard_s
-        self._wall_end = None if wall_s is None else self._wall_begin + wall_s
-        self._end = math.inf if self._begin is None else self._begin + timeout
+    def add(self, timed: Timed, now: Callable[[], int | None], timeout: int | None) -> int | None:
+        with self._lock:
+            begin = now()
+            if begin is not None and timeout is not None:
+                if len(self._heap) >= self._most:
+                    self._remove_dead()
+                heapq.heappush(
+                    self._heap, (begin + timeout, next(self._numbers), weakref.ref(timed)))
+            return begin
 
-    def wait(self, event: threading.Event) -> bool:
-        """Block until the event is set (True) or the time is over (False)."""
-        with self._watch.waking(event.set, self._end):
-            if self._is_over():
-                return event.is_set()
-            if (self._begin is not None and self._watch.may_report
-                    and self._left_s() > STOPPED_S):
-                if event.wait(STOPPED_S):
-                    return True
-                self._watch.report_if_stopped(self._begin)
-            if self._wall_end is None:
-                return event.wait()
-            if event.wait(self._left_s()):
-                return True
-            if self._begin is not None:
-                self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
-                                  'wall time, the wall_guard: is any node publishing /clock?')
-            return False
+    def _remove_dead(self) -> None:
+        """Remove waits that were answered long before their end, in O(1) amortised."""
+        self._heap = [entry for entry in self._heap if entry[2]() is not None]
+        heapq.heapify(self._heap)
+        self._most = max(2 * len(self._heap), _FEW_ENDS)
 
-    def _left_s(self) -> float:
-        """Return the seconds that may be waited by the wall clock."""
-        if self._wall_end is None:
-            return threading.TIMEOUT_MAX
-        return min(max(0.0, self._wall_end - time.monotonic()), threading.TIMEOUT_MAX)
+    def reach(self, now: int | None) -> None:
+        """Notify the waits that end at a time or before; None: all of them."""
+        due = []
+        with self._lock:
+            while self._heap and (now is None or self._heap[0][0] <= now):
+                due.append(heapq.heappop(self._heap)[2])
+        for reference in due:
+            timed = reference()
+            if timed is not None:
+                timed.reach(now)
 
-    def elapsed_s(self) -> float:
-        """Return the seconds since the wait began, of simulated time where that is in use."""
-        if self._begin is None or self._now is None:
-            return time.monotonic() - self._wall_begin
-        return as_seconds(self._now - self._begin)
 
-    def _is_over(self) -> bool:
-        if self._watch.released != self._released:
-            self.why_early = _NO_LISTENER
-            return True
-        if self._begin is None:
-            return False
-        self._now = self._watch.simulated_now()
-        if self._now is None and self._watch.has_ended():
-            # The listener that releases all waits may only notice this later.
-            self.why_early = _NO_LISTENER
-        return self._now is None or self._now >= self._end
+def _warn(line: str) -> None:
+    rclpy.logging.get_logger('tf_tree_py').warning(line)
 
 
 def _is_simulated(clock: Clock | None) -> bool:
     return isinstance(clock, ROSClock) and clock.ros_time_is_active
+
+
+def _has_ended(source: ClockSource) -> bool:
+    return source.context is not None and not is_running(source.context)
 
 
 def _unregister(handles: list[JumpHandle]) -> None:

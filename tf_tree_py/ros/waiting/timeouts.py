@@ -19,15 +19,12 @@ from tf_tree_py.core.buffer.waiting import Inquiry, Pending, Waiting
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Observers
 
-from .alarm_clock import AlarmDeadline, Alarms
-from .clock import ClockDeadline, ClockWatch
+from .alarm_clock import Alarms
+from .clock import ClockWatch
+from .deadlines import AlarmDeadline, ClockDeadline
 
 Answer = TypeVar('Answer')
 Taken = TypeVar('Taken', contravariant=True)
-
-# Nanoseconds, 146 years.
-_FOREVER = 2**62
-
 
 class Timeouts:
     """
@@ -72,9 +69,8 @@ class Timeouts:
 
     def deadline_without_thread(self, timeout: int | None) -> AlarmDeadline:
         """Return a deadline that needs an alarm, nanoseconds from now; None: it never ends."""
-        if timeout is None:
-            return AlarmDeadline(self.watch, _FOREVER, None)
-        return AlarmDeadline(self.watch, timeout, self._wall_guard_s, by_wall=self.by_wall)
+        guard_s = None if timeout is None else self._wall_guard_s
+        return AlarmDeadline(self.watch, timeout, guard_s, by_wall=self.by_wall)
 
     def set_alarm(self, wait: 'Wait[Any]', deadline: AlarmDeadline) -> int:
         """Call a wait's ``expire`` at its deadline; return the number of the alarm."""

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+How long a wait lasts by the clock that a buffer follows.
+
+With simulated time a timeout follows ``/clock``, and does not pass while that stands still; the
+log reports this once. Otherwise it follows the monotonic system clock. Nothing polls.
+"""
+
+from collections.abc import Callable
+import math
+import threading
+import time
+
+from tf_tree_py.core.stamp import as_seconds
+
+from .clock import ClockWatch, STOPPED_S
+
+_NO_LISTENER = 'Given up: the listener was closed, or ROS was shut down'
+
+
+class ClockDeadline:
+    """
+    A timeout for a thread that sleeps.
+
+    With simulated time it ends at the first tick that reaches its end.
+
+    :ivar why_early: why the wait ended before its timeout; '' if it did not.
+    """
+
+    def __init__(self, watch: ClockWatch, timeout: int | None, wall_guard_s: float | None, *,
+                 by_wall: bool = False) -> None:
+        """
+        Begin now.
+
+        :param timeout: nanoseconds of the clock; None: it never ends.
+        :param wall_guard_s: with simulated time, the longest wait in seconds of wall time;
+            None: without a limit.
+        :param by_wall: follow the monotonic system clock also with simulated time.
+        """
+        self.why_early = ''
+        self._watch = watch
+        self._released = watch.released
+        self._wake: Callable[[], object] = _nothing
+        self._reached = False
+        self._wall_begin = time.monotonic()
+        self._begin = self._now = None if by_wall else watch.begin(self, timeout)
+        wall_s = wall_guard_s
+        if self._begin is None:
+            wall_s = None if timeout is None else as_seconds(timeout)
+        self._wall_end = math.inf if wall_s is None else self._wall_begin + wall_s
+
+    def reach(self, now: int | None) -> None:
+        """End, because the clock has reached the end, or is no longer received (None)."""
+        self._now = now
+        self._reached = True
+        self._wake()
+
+    def wait(self, event: threading.Event) -> bool:
+        """Block until the event is set (True) or the time is over (False)."""
+        # First: whatever ends the wait from now on sets the event.
+        self._wake = event.set
+        with self._watch.waking(event.set):
+            if self._is_over():
+                return event.is_set()
+            if (self._begin is not None and self._watch.may_report
+                    and self._left_s() > STOPPED_S):
+                before = self._watch.simulated_now()
+                if event.wait(STOPPED_S):
+                    return True
+                self._watch.report_if_stopped(before)
+            if event.wait(self._left_s()):
+                return True
+            if self._begin is not None:
+                self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
+                                  'wall time, the wall_guard: is any node publishing /clock?')
+            return False
+
+    def _left_s(self) -> float:
+        """Return the seconds that may be waited by the wall clock."""
+        return min(max(0.0, self._wall_end - time.monotonic()), threading.TIMEOUT_MAX)
+
+    def elapsed_s(self) -> float:
+        """Return the seconds since the wait began, of simulated time where that is in use."""
+        if self._begin is None or self._now is None:
+            return time.monotonic() - self._wall_begin
+        return as_seconds(self._now - self._begin)
+
+    def _is_over(self) -> bool:
+        if self._watch.released != self._released:
+            self.why_early = _NO_LISTENER
+            return True
+        if self._begin is None:
+            return False
+        if not self._reached:
+            self._now = self._watch.simulated_now()
+        if self._now is None and self._watch.has_ended():
+            # The listener that releases all waits may only notice this later.
+            self.why_early = _NO_LISTENER
+        return self._reached or self._now is None
+
+
+class AlarmDeadline(ClockDeadline):
+    """A timeout for a wait without a thread: an alarm ends it."""
+
+    @property
+    def wall_end(self) -> float:
+        """Return the monotonic time of its end; inf: never."""
+        return self._wall_end
+
+    @property
+    def is_simulated(self) -> bool:
+        """Return whether it follows simulated time."""
+        return self._begin is not None
+
+    @property
+    def released(self) -> bool:
+        """Return whether the last source of the awaited data has gone."""
+        return self._watch.released != self._released
+
+    def call(self, wake: Callable[[], object]) -> None:
+        """Call a function when simulated time reaches the end, or now if it has."""
+        self._wake = wake
+        if self._reached:
+            wake()
+
+    def is_over(self) -> bool:
+        """Return whether the wait is over; ``why_early`` is the reason if it ended early."""
+        if self._is_over():
+            return True
+        if time.monotonic() < self._wall_end:
+            return False
+        if self._begin is not None:
+            self.why_early = 'Given up because of the wall_guard: is any node publishing /clock?'
+        return True
+
+
+def _nothing() -> None:
+    """Wake nothing, because nothing waits yet."""
