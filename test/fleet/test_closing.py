@@ -63,6 +63,55 @@ listener.close()
 print('still open:', any(thread.name == 'fleet' for thread in threading.enumerate()))
 """
 
+SENDS_UNTIL_THE_END = """
+import sys, threading
+from tf_tree_py.fleet import configuration, open_session, RobotPublisher
+session = open_session(configuration(sys.argv[1]))
+robot, sends = RobotPublisher(session, 'robot7'), threading.Event()
+def send():
+    while True:
+        robot.send(b'')
+        sends.set()
+threading.Thread(target=send, daemon=True).start()
+sends.wait()
+"""
+# Its thread is in a call until a line arrives. The end waits longer than the test waits for it.
+IS_IN_A_CALL = f"""
+import atexit, os, threading
+from tf_tree_py.fleet import ending
+ending.END_S = {4 * PATIENCE_S}
+begun = threading.Event()
+def call():
+    with ending.zenoh_call():
+        begun.set()
+        os.read(0, 1)
+        print('returned', flush=True)
+threading.Thread(target=call, daemon=True).start()
+begun.wait()
+"""
+ENDS_IN_A_CALL = f"{IS_IN_A_CALL}\natexit.register(print, 'ends', flush=True)"
+FORKS_IN_A_CALL = f"""{IS_IN_A_CALL}
+child = os.fork()
+if child:
+    os.waitpid(child, 0)
+    print('the child has ended', flush=True)
+"""
+
+# What is registered first runs last.
+BEGINS_A_CALL_TOO_LATE = """
+import atexit, threading
+late = threading.Event()
+def call():
+    late.wait()
+    with ending.zenoh_call():
+        print('called', flush=True)
+thread = threading.Thread(target=call, daemon=True)
+atexit.register(lambda: (late.set(), thread.join(), print('ended', flush=True)))
+from tf_tree_py.fleet import ending
+ending.END_S = 0.1
+thread.start()
+"""
+
 
 @pytest.fixture(autouse=True)
 def limits(monkeypatch):
@@ -223,6 +272,31 @@ def test_program_ends_normally_while_the_rest_is_still_being_closed():
         assert select.select([hangs], [], [], PATIENCE_S)[0], 'it connects'
         output, errors = program.communicate('close\n', timeout=PATIENCE_S)
     assert (program.returncode, output, errors) == (0, 'still open: True\n', '')
+
+
+def test_program_ends_normally_while_a_thread_sends(router):
+    """Zenoh aborts a process whose daemon threads are in its calls when Python ends."""
+    ended = subprocess.run([sys.executable, '-c', SENDS_UNTIL_THE_END, router.endpoint],
+                           timeout=PATIENCE_S, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, '', '')
+
+
+@pytest.mark.parametrize(('source', 'before'), [
+    (ENDS_IN_A_CALL, 'ends\n'), (FORKS_IN_A_CALL, 'the child has ended\n')],
+    ids=['ends', 'forks'])
+def test_end_of_a_program_waits_for_calls_in_its_own_threads(source, before):
+    with subprocess.Popen([sys.executable, '-W', 'ignore', '-c', source], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        assert select.select([program.stdout], [], [], PATIENCE_S)[0]
+        assert program.stdout.readline() == before
+        output, errors = program.communicate('\n', timeout=PATIENCE_S)
+    assert (program.returncode, output, errors) == (0, 'returned\n', '')
+
+
+def test_no_thread_begins_a_call_after_that():
+    ended = subprocess.run([sys.executable, '-c', BEGINS_A_CALL_TOO_LATE], timeout=PATIENCE_S,
+                           capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, 'ended\n', '')
 
 
 def test_a_listener_that_its_own_callback_holds_up_is_closed_meanwhile(router):

@@ -20,6 +20,7 @@ from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 from tf_tree_py.limited_log import FailureLog, IncidentLog, LimitedLog
 
+from .ending import zenoh_call
 from .errors import FleetError
 from .keys import check_sender, key_of, Topic
 from .robot_publisher import DEFAULT_HISTORY, RobotPublisher
@@ -262,7 +263,7 @@ class Uplink:
         self._link = Connection(
             made, self.name, self._threads, lambda connected: None, logs.warnings)
         self._thread = threading.Thread(target=self._run, name='uplink', daemon=True)
-        # Zenoh aborts the process if the interpreter ends during one of its calls.
+        # The end of the program only waits until its thread ends.
         atexit.register(self.close)
         self._thread.start()
 
@@ -292,12 +293,13 @@ class Uplink:
         self._thread.join(CLOSE_S)
 
     def _run(self) -> None:
-        session = self._link.await_session(self._closed)
-        if session is not None:
-            self._begin(session)
-            self._closed.wait()
-            self._link.close()
-            self._threads.join()
+        with zenoh_call():
+            session = self._link.await_session(self._closed)
+            if session is not None:
+                self._begin(session)
+                self._closed.wait()
+                self._link.close()
+                self._threads.join()
         atexit.unregister(self.close)
 
     def _begin(self, session: 'zenoh.Session') -> None:

@@ -17,6 +17,7 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time
 
 from .connection import Connection, FleetLogs, log, WorkerThreads
+from .ending import zenoh_call
 from .errors import FleetError
 from .keys import (
     check_prefix,
@@ -121,7 +122,7 @@ class FleetListener:
         self._link = Connection(
             made, self.name, self._threads, self._presence.connect, self._logs.warnings)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
-        # Zenoh aborts the process if the interpreter ends during one of its calls.
+        # The end of the program only waits until its thread ends.
         atexit.register(self.close)
         self._thread.start()
 
@@ -197,6 +198,11 @@ class FleetListener:
     # --- in the listener's own thread
 
     def _run(self) -> None:
+        with zenoh_call():
+            self._receive()
+        atexit.unregister(self.close)
+
+    def _receive(self) -> None:
         session = self._link.await_session(self._closed)
         if session is not None:
             hearing = Subscriptions(session, self._threads, self._robots, self._key_prefix)
@@ -213,7 +219,6 @@ class FleetListener:
             requests.close()
             self._link.close()
             self._threads.join()
-        atexit.unregister(self.close)
 
     def _declare(self, hearing: Subscriptions, requests: Requests) -> None:
         reception = Reception(

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TYPE_CHECKING
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 
+from .ending import zenoh_call
 from .keys import check_sender, key_of, token_of, Topic
 from .session import end_soon, needs_zenoh
 
@@ -59,12 +60,13 @@ class RobotPublisher:
         """
         self.robot, prefix = check_sender(robot, key_prefix)
         zenoh = needs_zenoh()
-        self._moving = _Sender(session, key_of(Topic(self.robot, False), prefix), history,
-                               zenoh.CongestionControl.DROP)
-        self._static = _Sender(session, key_of(Topic(self.robot, True), prefix), 1,
-                               zenoh.CongestionControl.BLOCK)
-        # Last, so that a listener that sees the token can already receive the robot.
-        token = session.liveliness().declare_token(token_of(self.robot, prefix))
+        with zenoh_call():
+            self._moving = _Sender(session, key_of(Topic(self.robot, False), prefix), history,
+                                   zenoh.CongestionControl.DROP)
+            self._static = _Sender(session, key_of(Topic(self.robot, True), prefix), 1,
+                                   zenoh.CongestionControl.BLOCK)
+            # Last, so that a listener that sees the token can already receive the robot.
+            token = session.liveliness().declare_token(token_of(self.robot, prefix))
         self._declared: list[Any] = [token, self._static, self._moving]
 
     def send(self, data: bytes) -> None:
@@ -107,7 +109,7 @@ class _Sender:
 
     def send(self, data: bytes) -> None:
         """Send a message."""
-        with self._lock:
+        with zenoh_call(), self._lock:
             self._publisher.put(data)
 
     def undeclare(self) -> None:

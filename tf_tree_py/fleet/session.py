@@ -13,6 +13,7 @@ import threading
 from typing import Any, cast, TYPE_CHECKING
 
 from .certificates import explain
+from .ending import zenoh_call
 from .errors import FleetError, sentence
 
 if TYPE_CHECKING:
@@ -136,7 +137,8 @@ def try_session(config: 'zenoh.Config', timeout_s: float | None = None) -> 'zeno
     if timeout_s is not None:
         config.insert_json5('connect/timeout_ms', str(max(1, round(1000 * timeout_s))))
     try:
-        return cast('zenoh.Session', library.open(config))
+        with zenoh_call():
+            return cast('zenoh.Session', library.open(config))
     except library.ZError as error:
         raise FleetError(sentence(error)) from error
 
@@ -162,9 +164,10 @@ def end_soon(*works: Callable[[], object]) -> None:
     Errors of Zenoh are ignored: they mean that it could not inform the router.
     """
     def do_all() -> None:
-        for work in works:
-            with suppress(needs_zenoh().ZError):
-                work()
+        with zenoh_call():
+            for work in works:
+                with suppress(needs_zenoh().ZError):
+                    work()
 
     thread = threading.Thread(target=do_all, name='fleet end', daemon=True)
     try:
