@@ -21,6 +21,7 @@ from ros_helpers import (
     LATEST,
     PATIENCE,
     PATIENCE_S,
+    result_of,
     Talker,
     transform,
     until,
@@ -379,3 +380,64 @@ def test_thread_that_spun_once_may_wait_when_another_spins(node, talker, listen,
     until(lambda: buffer.statistics().accepted == 2)
     with pytest.raises(tf.ExtrapolationException, match=WAITED):
         buffer.lookup_transform('map', 'camera', at(2.0), lasting(0.02))
+
+
+NOT_SPUN = 'The node /asking is not being spun, so its TransformListener receives nothing'
+NOTHING_YET = 'Nothing has been received yet: does any node publish'
+
+
+def failure(buffer, seconds):
+    with pytest.raises(tf.LookupException) as raised:
+        buffer.lookup_transform('map', 'base', LATEST, lasting(seconds))
+    return raised.value.hint
+
+
+def test_wait_on_a_node_that_nobody_spins_says_so(node, listen, talker):
+    buffer = listen(node, spin_thread=False)
+    talker.move(transform('map', 'base', 1.0))
+    assert failure(buffer, 0.11).startswith(NOT_SPUN)
+    assert failure(buffer, 0.01).startswith(NOT_SPUN), 'it was not spun before, either'
+    future = buffer.wait_for_transform_async('map', 'base', LATEST, lasting(0.01))
+    with pytest.raises(tf.LookupException, match=NOT_SPUN):
+        result_of(future)
+    # A wait that is too short to be sure.
+    assert failure(listen(node, spin_thread=False), 0.001).startswith(NOTHING_YET)
+
+
+def test_wait_on_a_node_whose_executor_does_not_spin_says_so(node, listen, executor):
+    buffer = listen(node, spin_thread=False)
+    executor.add_node(node)
+    assert failure(buffer, 0.2).startswith(NOTHING_YET), 'its thread may be late'
+    assert failure(buffer, 1.0).startswith(NOT_SPUN)
+
+
+EXECUTORS = pytest.mark.parametrize('name', [
+    'executors.SingleThreadedExecutor', 'executors.MultiThreadedExecutor',
+    'experimental.EventsExecutor'])
+
+
+@EXECUTORS
+def test_wait_on_a_node_that_is_spun_does_not_say_that(node, listen, context, pool, name):
+    module, kind = name.split('.')
+    executor = getattr(pytest.importorskip(f'rclpy.{module}'), kind)(context=context)
+    buffer = listen(node, spin_thread=False)
+    executor.add_node(node)
+    waiting = pool.submit(failure, buffer, 1.1)
+    while not waiting.done():
+        executor.spin_once(timeout_sec=0.02)
+    assert waiting.result().startswith(NOTHING_YET)
+    executor.remove_node(node)
+    # Between two calls of spin_once the node is in no executor.
+    waiting = pool.submit(failure, buffer, 0.3)
+    while not waiting.done():
+        executor.add_node(node)
+        executor.spin_once(timeout_sec=0.01)
+        executor.remove_node(node)
+    assert waiting.result().startswith(NOTHING_YET)
+    executor.shutdown()
+
+
+def test_listener_with_a_thread_beside_one_that_is_not_spun_is_enough(node, make_node, listen):
+    buffer = listen(node, spin_thread=False)
+    listen(make_node('other'), buffer)
+    assert failure(buffer, 0.11).startswith(NOTHING_YET)

@@ -25,6 +25,16 @@ class NamedPublisher(Protocol):
         """Return the name that is known now."""
 
 
+class NodeToSpin(Protocol):
+    """A node that a program has to spin, because a listener has its subscriptions there."""
+
+    def check(self) -> None:
+        """Begin to observe whether it is spun."""
+
+    def why_nothing_arrives(self) -> str:
+        """Return that it is not spun, if that is certain, or ''."""
+
+
 class AttachedListeners:
     """
     All listeners that fill one buffer.
@@ -50,6 +60,7 @@ class AttachedListeners:
         self.watch = watch
         self._on_change = on_change
         self._count = 0
+        self._to_spin: list[NodeToSpin] = []
         # Not their identifiers, which are reused by later threads.
         self._threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
         self._authorities: dict[str, NamedPublisher] = {}
@@ -59,15 +70,23 @@ class AttachedListeners:
     def __len__(self) -> int:
         return self._count
 
-    def begin(self, clock: ClockSource) -> None:
-        """Follow the clock of a listener as long as it delivers transforms."""
+    def begin(self, clock: ClockSource, to_spin: NodeToSpin | None = None) -> None:
+        """
+        Follow the clock of a listener as long as it delivers transforms.
+
+        :param to_spin: the node that has to be spun for that; None: it has a separate thread.
+        """
         self._add(1)
+        if to_spin is not None:
+            self._to_spin.append(to_spin)
         self.watch.use_clock(clock)
         self._intake.read_clock_anew()
 
-    def end(self, clock: ClockSource) -> None:
+    def end(self, clock: ClockSource, to_spin: NodeToSpin | None = None) -> None:
         """Remove a listener; after the last one, release all waits that need a source."""
         is_last = not self._add(-1)
+        if to_spin is not None:
+            self._to_spin.remove(to_spin)
         if is_last:
             # Before its clock leaves: that ends waits, too, but another clock may hide the reason.
             self.watch.release()
@@ -82,6 +101,20 @@ class AttachedListeners:
             self._count += change
             self._on_change(self._count > 0)
             return self._count
+
+    def check_spinning(self) -> Callable[[], str]:
+        """
+        Begin to observe whether any listener can receive; call this when a wait begins.
+
+        :return: a function for the end of the wait: why nothing arrives, '' if that is not known.
+        """
+        for node in self._to_spin:
+            node.check()
+        return self._why_nothing_arrives
+
+    def _why_nothing_arrives(self) -> str:
+        reasons = [node.why_nothing_arrives() for node in list(self._to_spin)]
+        return reasons[0] if reasons and len(reasons) == self._count and all(reasons) else ''
 
     # --- the threads
 

@@ -120,6 +120,7 @@ class Buffer(CoreApi, BufferInterface):
                                        self._say_when_empty,
                                        rclpy.logging.get_logger('tf_tree_py'))
         """The listeners that fill this buffer; they register themselves here."""
+        self.timeouts.check_spinning = self.feeds.check_spinning
         if node is not None:
             self.feeds.log_to(node.get_logger())
             self._watch.use_clock(ClockSource(node.get_clock(), node.context))
@@ -261,7 +262,7 @@ class Buffer(CoreApi, BufferInterface):
         try:
             return self.wait_for(query, deadline)
         except TransformException as error:
-            error.hint = deadline.why_early or error.hint
+            deadline.explain(error)
             raise
 
     def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return

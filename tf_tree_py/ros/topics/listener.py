@@ -5,12 +5,10 @@
 
 from collections.abc import Collection, Iterator
 import functools
-import threading
 from typing import Any, cast
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -31,6 +29,7 @@ from .qos import (
     TF_STATIC_TOPIC,
     TF_TOPIC,
 )
+from .spinner import Spinner
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places
 from ..threads.backlog import Backlog
@@ -98,7 +97,7 @@ class TransformListener:
         self.node = node = node or self._home
         self.buffer = buffer
         self._receiver: Receiver | None = None
-        self._spinner = _Spinner(buffer, self._home)
+        self._spinner = Spinner(buffer, self._home)
         topics = [(tf_topic, False, qos or dynamic_qos()),
                   (tf_static_topic, True, static_qos or static_listener_qos())]
         # All names are resolved before the first subscription: an error must leave none of them.
@@ -113,8 +112,9 @@ class TransformListener:
                        for topic, static, profile in resolved]
         clock = ClockSource(self._home.get_clock(), node.context,
                             functools.partial(clock_publishers, self._home))
-        buffer.feeds.begin(clock)
-        self._end_feed = functools.partial(buffer.feeds.end, clock)
+        to_spin = None if spin_thread else self._spinner.check_from_now_on()
+        buffer.feeds.begin(clock, to_spin)
+        self._end_feed = functools.partial(buffer.feeds.end, clock, to_spin)
         if spin_thread:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
@@ -137,7 +137,7 @@ class TransformListener:
         elif feeds:
             for feed in feeds:
                 feed.close()
-            self._spinner.forget()
+            self._spinner.end()
             self._end_feed()
 
     def unregister(self) -> None:
@@ -167,41 +167,11 @@ class TransformListener:
             receiver.wake()
 
 
-class _Spinner:
-    """
-    A record of the thread that runs a node's single-threaded executor and delivers transforms.
-
-    A program may spin its node first in one thread and then in another; the first then no longer
-    delivers.
-    """
-
-    def __init__(self, buffer: Buffer, node: Node) -> None:
-        self._buffer = buffer
-        self._node = node
-        self._thread: threading.Thread | None = None
-
-    def note(self) -> None:
-        """Record that the current thread delivers transforms."""
-        alone = isinstance(self._node.executor, SingleThreadedExecutor)
-        thread = threading.current_thread() if alone else None
-        if thread is not self._thread:
-            self.forget()
-            self._thread = thread
-        if thread is not None:
-            self._buffer.feeds.add_thread(thread)
-
-    def forget(self) -> None:
-        """Allow the recorded thread to wait for transforms again."""
-        thread, self._thread = self._thread, None
-        if thread is not None:
-            self._buffer.feeds.remove_thread(thread)
-
-
 class _Feed:
     """Stores the messages of one topic in the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
-                 qos: QoSProfile | int, names: Rename, spinner: _Spinner,
+                 qos: QoSProfile | int, names: Rename, spinner: Spinner,
                  backlog: Backlog | None = None) -> None:
         """
         Begin to receive.

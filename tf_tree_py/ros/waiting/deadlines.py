@@ -13,6 +13,7 @@ import math
 import threading
 import time
 
+from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import as_seconds
 
 from .clock import ClockWatch, STOPPED_S
@@ -30,7 +31,7 @@ class ClockDeadline:
     """
 
     def __init__(self, watch: ClockWatch, timeout: int | None, wall_guard_s: float | None, *,
-                 by_wall: bool = False) -> None:
+                 by_wall: bool = False, why_nothing_arrives: Callable[[], str] = str) -> None:
         """
         Begin now.
 
@@ -38,8 +39,10 @@ class ClockDeadline:
         :param wall_guard_s: with simulated time, the longest wait in seconds of wall time;
             None: without a limit.
         :param by_wall: follow the monotonic system clock also with simulated time.
+        :param why_nothing_arrives: returns at the end why no data arrives, '' if it is not known.
         """
         self.why_early = ''
+        self._why_nothing_arrives = why_nothing_arrives
         self._watch = watch
         self._released = watch.released
         self._wake: Callable[[], object] = _nothing
@@ -76,6 +79,13 @@ class ClockDeadline:
                 self.why_early = (f'Given up after {time.monotonic() - self._wall_begin:.3f} s of '
                                   'wall time, the wall_guard: is any node publishing /clock?')
             return False
+
+    def explain(self, error: TransformException) -> None:
+        """Replace the hint of the error with which the wait ends, if there is a better one."""
+        why = self.why_early
+        if not why and error.blocked_on is not None:
+            why = self._why_nothing_arrives()
+        error.hint = why or error.hint
 
     def _left_s(self) -> float:
         """Return the seconds that may be waited by the wall clock."""

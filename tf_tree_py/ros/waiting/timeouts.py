@@ -36,6 +36,7 @@ class Timeouts:
     :ivar by_wall: whether timeouts follow the system's clock also with simulated time.
     :ivar call_back: calls a callback of a future that has ended, with the future, in whichever
         thread is right for it; this one, unless it is replaced.
+    :ivar check_spinning: see ``AttachedListeners``; the buffer sets it.
     """
 
     def __init__(self, waiting: Waiting, watch: ClockWatch, wall_guard_s: float | None,
@@ -50,6 +51,7 @@ class Timeouts:
         self.observers = observers
         self.by_wall = False
         self.call_back: Callable[[Any, Callable[[Any], object]], object] = _call_here
+        self.check_spinning: Callable[[], Callable[[], str]] = lambda: str
         self._wall_guard_s = wall_guard_s
         self._alarms = Alarms(watch, self.forget_orphans)
         self._orphans: deque[_Registration] = deque()
@@ -65,12 +67,14 @@ class Timeouts:
 
     def deadline(self, timeout: int) -> ClockDeadline:
         """Return a deadline for a thread that sleeps, nanoseconds from now."""
-        return ClockDeadline(self.watch, timeout, self._wall_guard_s, by_wall=self.by_wall)
+        return ClockDeadline(self.watch, timeout, self._wall_guard_s, by_wall=self.by_wall,
+                             why_nothing_arrives=self.check_spinning())
 
     def deadline_without_thread(self, timeout: int | None) -> AlarmDeadline:
         """Return a deadline that needs an alarm, nanoseconds from now; None: it never ends."""
         guard_s = None if timeout is None else self._wall_guard_s
-        return AlarmDeadline(self.watch, timeout, guard_s, by_wall=self.by_wall)
+        return AlarmDeadline(self.watch, timeout, guard_s, by_wall=self.by_wall,
+                             why_nothing_arrives=self.check_spinning())
 
     def set_alarm(self, wait: 'Wait[Any]', deadline: AlarmDeadline) -> int:
         """Call a wait's ``expire`` at its deadline; return the number of the alarm."""
@@ -205,7 +209,7 @@ class Wait(Generic[Answer]):
         deadline = self._deadline
         if deadline is not None:
             error.waited_s = deadline.elapsed_s()
-            error.hint = deadline.why_early or error.hint
+            deadline.explain(error)
 
 
 class _Registration:
