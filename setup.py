@@ -163,8 +163,9 @@ setup(
     author=manifest.findtext('author'),
     maintainer=manifest.findtext('maintainer'),
     maintainer_email=manifest.find('maintainer').get('email'),
+    # setuptools finds the file LICENSE by itself. `colcon build --symlink-install` does not link
+    # it, and setuptools warns of a file that is named here but missing.
     license=manifest.findtext('license'),
-    license_files=['LICENSE'],
     project_urls=urls,
     keywords=['ROS 2', 'tf2', 'transforms', 'robotics'],
     classifiers=[

@@ -16,6 +16,7 @@ import zipfile
 
 from programs import PATIENCE_S
 import pytest
+from standin import standin_env
 import tf_tree_py
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core import COMPILED
@@ -125,6 +126,10 @@ def test_wheel_has_what_is_in_the_package_and_nothing_else(wheel):
     assert {name for name in names if not name.startswith(share)} == there
 
 
+def test_wheel_has_the_licence(wheel):
+    assert [name for name in wheel.namelist() if name.endswith('.dist-info/licenses/LICENSE')]
+
+
 def test_readme_links_to_the_repository_from_elsewhere(wheel):
     description = wheel.read(f'tf_tree_py-{PACKAGE.version}.dist-info/METADATA').decode()
     assert f'Project-URL: Repository, {ADDRESS}\n' in description
@@ -179,6 +184,34 @@ def test_extras_that_are_advised_are_there():
         r"""(?:tf_tree_py|install "?'?\.)\[([a-z0-9_,]+)\]""", page.read_text())
         for extra in extras.split(',')}
     assert {'bag', 'jazzy', 'plot'} <= advised <= known
+
+
+# --- colcon
+
+@pytest.mark.parametrize(('options', 'seen'), [
+    ([], 'pure Python'), (['--symlink-install'], 'edited')], ids=['copies', 'links'])
+def test_colcon_builds_without_a_warning_what_ros2_runs(options, seen, tmp_path):
+    """Only links show an edit of the sources without another build."""
+    # Without bytecode, setuptools warns of that.
+    env = {**standin_env(), 'PYTHONDONTWRITEBYTECODE': '', 'COLCON_HOME': str(tmp_path)}
+    if shutil.which('colcon', path=env['PATH']) is None:
+        pytest.skip('needs colcon: sudo apt install python3-colcon-common-extensions')
+    source = copied_sources(tmp_path)
+
+    def output_of(command):
+        done = subprocess.run(['bash', '-c', command], cwd=tmp_path, env=env, text=True,
+                              capture_output=True, timeout=PATIENCE_S, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout + done.stderr
+
+    built = output_of(f'colcon --log-base /dev/null build --paths source {" ".join(options)}')
+    assert '1 package finished' in built
+    assert 'stderr' not in built, built
+    (source / 'tf_tree_py' / 'command' / 'arguments.py').write_text(
+        (source / 'tf_tree_py' / 'command' / 'arguments.py').read_text().replace(
+            'pure Python', 'edited'))
+    output = output_of('. install/local_setup.bash && ros2 run tf_tree_py tf_echo --version')
+    assert output == f'tf_tree_py {PACKAGE.version} ({seen})\n'
 
 
 # --- dependencies that rosdep installs
