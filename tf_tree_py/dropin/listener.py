@@ -77,8 +77,10 @@ def _spin_until_exit(executor: SingleThreadedExecutor) -> None:
         executor.wake()
         thread.join(_TO_END_S)
 
-    # If the thread were still inside rclpy when Python ends, the process would abort.
-    atexit.register(end)
+    # If the thread were still inside rclpy when Python ends, the process would abort. Ctrl-C may
+    # interrupt the first of the two calls.
+    for _ in range(2):
+        atexit.register(end)
     try:
         executor.spin_until_future_complete(stop)
     except RCLError:

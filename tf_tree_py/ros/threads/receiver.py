@@ -338,10 +338,19 @@ def _stop_with(context: Context) -> None:
 
 
 @atexit.register
+@atexit.register
 def _close_all() -> None:
-    """End every thread while the interpreter is still intact."""
+    """
+    End every thread while the interpreter is still intact.
+
+    Python would stop a thread that is left, which aborts the process (docs/ending.md). So another
+    Ctrl-C only ends the wait for one thread, and since it may also come before the first line
+    here, all of this is done twice.
+    """
     for receiver in list(_running):
-        receiver.close()
+        # RuntimeError: Ctrl-C came before the thread started.
+        with suppress(KeyboardInterrupt, RuntimeError):
+            receiver.close()
 
 
 # --- responses
