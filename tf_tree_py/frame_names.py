@@ -27,7 +27,7 @@ class FrameNames(NamedTuple):
     :ivar add: the prefix to add after that.
     """
 
-    wanted: Callable[[str, str], bool] | None = None
+    wanted: Callable[[str, str], bool]
     shared: frozenset[str] = frozenset()
     strip: str = ''
     add: str = ''
@@ -35,7 +35,7 @@ class FrameNames(NamedTuple):
     def edge(self, parent: str, child: str) -> tuple[str, str] | None:
         """Return an edge's new names, or None if it is dropped."""
         parent, child = _without_slash(parent), _without_slash(child)
-        if self.wanted is not None and not self.wanted(parent, child):
+        if not self.wanted(parent, child):
             return None
         new_parent, new_child = self.frame(parent), self.frame(child)
         return None if new_parent is None or new_child is None else (new_parent, new_child)
@@ -66,12 +66,15 @@ def rename(*, frame_prefix: str = '', strip_frame_prefix: str = '',
     """
     if not (frame_prefix or strip_frame_prefix or frame_filter is not None):
         return as_published
-    return FrameNames(_as_predicate(frame_filter), _as_set('shared_frames', shared_frames),
+    return FrameNames(edge_filter(frame_filter), _as_set('shared_frames', shared_frames),
                       _without_slash(strip_frame_prefix), _without_slash(frame_prefix)).edge
 
 
-def _as_predicate(frame_filter: FrameFilter | None) -> Callable[[str, str], bool] | None:
-    if frame_filter is None or callable(frame_filter):
+def edge_filter(frame_filter: FrameFilter | None) -> Callable[[str, str], bool]:
+    """Return whether to take an edge, as a function of parent and child; None: every edge."""
+    if frame_filter is None:
+        return lambda parent, child: True
+    if callable(frame_filter):
         return frame_filter
     frames = _as_set('frame_filter', frame_filter)
     return lambda parent, child: parent in frames and child in frames

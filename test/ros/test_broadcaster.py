@@ -104,7 +104,7 @@ def test_static_message_has_the_newest_transform_of_each_child(node, make_node, 
     message.transform.translation.x = 2.0
     broadcaster.sendTransform([message, transform('camera', '/imu')])
     _, second = wait(2)
-    assert second.transforms == [message, transform('camera', 'imu')]
+    assert second.transforms == [message, transform('camera', '/imu')]
     message.child_frame_id = 'lidar'
     broadcaster.sendTransform(message)
     assert wait(3)[-1].transforms == [*second.transforms, message]

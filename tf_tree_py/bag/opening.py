@@ -27,7 +27,7 @@ from tf_tree_py.core.stamp import (
 from tf_tree_py.core.text import listed
 from tf_tree_py.core.times import checked_cache_time, checked_stamp, Stamps
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.frame_names import FrameFilter, rename
+from tf_tree_py.frame_names import edge_filter, FrameFilter
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.joints import FIXED
 
@@ -200,7 +200,7 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
     :raises BagError: the bag does not exist, cannot be read, or has no transforms.
     :raises DescriptionError: the file does not describe a robot.
     """
-    names_of, wanted = prefixed(frame_prefix, shared_frames), rename(frame_filter=frames)
+    names_of, wanted = prefixed(frame_prefix, shared_frames), edge_filter(frames)
     rename_of = renames(names_of, wanted)
     assembly = Assembler(Decoder(rename_of), checked_cache_time(cache_time))
     covariances = _with_odometry(covariances, odometry)

@@ -58,13 +58,13 @@ class CovarianceTopics:
         return self._sources
 
     def take_into(self, assembly: Assembler, rename_of: Callable[[MessageSource], Rename],
-                  wanted: Rename, start: int | None, stop: int | None,
+                  wanted: Callable[[str, str], bool], start: int | None, stop: int | None,
                   tell: Callable[[int], None]) -> None:
         """
         Insert the covariances of edges with transforms.
 
         :param rename_of: returns the new names for the frames of a source.
-        :param wanted: returns None for an edge to skip, by its new name.
+        :param wanted: returns whether to take an edge, by its new names.
         :param start: skip messages received before it, nanoseconds; not of static edges.
         :param stop: skip messages received at it or later.
         :param tell: called with the number of messages read since.

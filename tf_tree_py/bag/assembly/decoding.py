@@ -78,19 +78,19 @@ def prefixed(frame_prefix: str | Mapping[str, str],
 
 
 def renames(names_of: Callable[[MessageSource], Rename],
-            wanted: Rename) -> Callable[[MessageSource], Rename]:
+            wanted: Callable[[str, str], bool]) -> Callable[[MessageSource], Rename]:
     """
     Return a function that returns the new names for a source's edges, and None for those to skip.
 
     :param names_of: the new names of its frames; see ``prefixed``.
-    :param wanted: returns None for an edge to skip, by its new name.
+    :param wanted: returns whether to take an edge, by its new names.
     """
     def rename_of(source: MessageSource) -> Rename:
         names = names_of(source)
 
         def both(parent: str, child: str) -> tuple[str, str] | None:
             edge = names(parent, child)
-            return edge and wanted(*edge)
+            return edge if edge and wanted(*edge) else None
 
         return both
 

@@ -159,8 +159,7 @@ class Buffer(CoreApi, BufferInterface):
 
         :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
         """
-        return self.feeds.note(self.insert_many(
-            [as_sample(transform)], authority, static=True, strict=False))
+        return self.feeds.note(self.intake.take([as_sample(transform)], authority, True))
 
     def _say_when_empty(self, fed: bool) -> None:
         self._tree.paths.when_empty = self._when_empty(fed)

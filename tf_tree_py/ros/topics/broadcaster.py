@@ -40,12 +40,12 @@ class TransformBroadcaster:
         :param node: gets the publisher.
         :param qos: reliable, volatile, depth 100 unless given.
         :param tf_topic: the topic; a relative name is in the node's namespace.
-        :param frame_prefix: prepended to every published frame.
+        :param frame_prefix: prepended to every published frame, without its leading slash.
         :param shared_frames: frames that get no prefix, such as ``map``.
         :raises ValueError: a string instead of a collection of frames.
         """
         check_places(f'{type(self).__name__}(node)', node=node)
-        self._names = rename(frame_prefix=frame_prefix, shared_frames=shared_frames)
+        self._names = _names(frame_prefix, shared_frames)
         self.pub_tf = tf_publisher(node, tf_topic, qos or dynamic_qos(), static=False)
 
     def sendTransform(self, transform: Transforms) -> None:
@@ -80,7 +80,7 @@ class StaticTransformBroadcaster:
         :param tf_static_topic: the topic; the others are as for ``TransformBroadcaster``.
         """
         check_places(f'{type(self).__name__}(node)', node=node)
-        self._names = rename(frame_prefix=frame_prefix, shared_frames=shared_frames)
+        self._names = _names(frame_prefix, shared_frames)
         self.pub_tf = tf_publisher(
             node, tf_static_topic, qos or static_broadcaster_qos(), static=True)
         self.net_message = TFMessage()
@@ -91,10 +91,22 @@ class StaticTransformBroadcaster:
         messages = copy.deepcopy(_as_sent(transform, self._names))
         # If two threads send, the message that is published last must hold all transforms.
         with self._lock:
-            newest = {message.child_frame_id: message
+            # For listeners, a name with a leading slash is the same as without.
+            newest = {message.child_frame_id.removeprefix('/'): message
                       for message in (*self.net_message.transforms, *messages)}
             self.net_message.transforms = list(newest.values())
             self.pub_tf.publish(self.net_message)
+
+
+def _names(frame_prefix: str, shared_frames: Collection[str]) -> Rename:
+    """Return how frames are renamed; without a prefix they stay as they are, as in tf2."""
+    if not frame_prefix:
+        return _unchanged
+    return rename(frame_prefix=frame_prefix, shared_frames=shared_frames)
+
+
+def _unchanged(parent: str, child: str) -> tuple[str, str]:
+    return parent, child
 
 
 def _as_sent(transform: Transforms, names: Rename) -> list[TransformStamped]:
