@@ -18,6 +18,7 @@ from ros.conftest import (  # noqa: F401
     sim_clock,
     spin,
     talker,
+    woken_events_executor,
 )
 from tf_tree_py import dropin
 

@@ -62,7 +62,7 @@ def until_arrived(buffer):
 
 
 @pytest.mark.parametrize('name', EXECUTORS)
-@pytest.mark.usefixtures('listener')
+@pytest.mark.usefixtures('listener', 'woken_events_executor')
 def test_callback_runs_in_the_thread_that_spins(node, context, talker, called, name):
     module, kind = name.split('.')
     executor = getattr(pytest.importorskip(f'rclpy.{module}'), kind)(context=context)

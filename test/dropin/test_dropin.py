@@ -95,6 +95,41 @@ def test_callback_may_wait(node, talker, spinner, begin):
     assert found[0].header.frame_id == 'map'
 
 
+EVENTS_EXECUTOR_SPINS = LISTENS + """
+    import threading, time
+    from rclpy.experimental import EventsExecutor
+
+    executor = EventsExecutor()
+    executor.add_node(node)
+    async def look():
+        await buffer.lookup_transform_async('base', 'lidar', Time())
+    executor.create_task(look)
+    future = buffer.wait_for_transform_async('base', 'lidar', Time())
+    ended = threading.Event()
+    future.add_done_callback(lambda future: ended.set())
+    threading.Thread(target=executor.spin, daemon=True).start()
+    for number in range(20):
+        message.child_frame_id = f'sensor{number}'
+        broadcaster.sendTransform(message)
+        assert buffer.can_transform('base', message.child_frame_id, Time(),
+                                    rclpy.duration.Duration(seconds=20))
+    message.child_frame_id = 'lidar'
+    broadcaster.sendTransform(message)
+    assert ended.wait(20)
+    print('goes on', flush=True)
+    import os
+    os._exit(0)
+"""
+
+
+def test_events_executor_that_spins_without_a_timeout_stops_no_thread(program):
+    """It delivers nothing in the wheels; but it must not stop all threads of Python."""
+    pytest.importorskip('rclpy.experimental')
+    result = run('-m', 'tf_tree_py.dropin', '--force', program(EVENTS_EXECUTOR_SPINS))
+    assert result.stdout == 'goes on\n', result.stderr
+
+
+@pytest.mark.usefixtures('woken_events_executor')
 def test_events_executor_spins_the_node_and_is_woken(node, talker, context, begin):
     import tf2_ros
     experimental = pytest.importorskip('rclpy.experimental')

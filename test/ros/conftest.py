@@ -160,3 +160,9 @@ def simulated_buffer(make_node, listen, sim_clock):
     buffer = listen(make_node('simulated', **SIM_TIME))
     sim_clock.show(10.0, buffer)
     return buffer
+
+
+@pytest.fixture
+def woken_events_executor(monkeypatch):
+    """Let other threads call an EventsExecutor: the test spins it with timeouts only."""
+    monkeypatch.setattr('tf_tree_py.ros.threads.executors._has_broken_queue', lambda: False)

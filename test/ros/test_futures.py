@@ -160,6 +160,7 @@ def test_many_coroutines_wait_at_once_some_for_one_future(buffer, make_node, spi
 @pytest.mark.parametrize('name', [
     'executors.SingleThreadedExecutor', 'executors.MultiThreadedExecutor',
     'experimental.EventsExecutor'])
+@pytest.mark.usefixtures('woken_events_executor')
 def test_executor_spins_until_a_future_is_complete(buffer, context, name, pool):
     """With a timeout, because the EventsExecutor of the wheels does nothing without one."""
     module, kind = name.split('.')

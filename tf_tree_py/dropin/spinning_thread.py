@@ -20,6 +20,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
+from tf_tree_py.ros.threads.executors import takes_calls
 
 # A period of 0 would be due at once as well, but rcl computes with it.
 _AT_ONCE_S = 1e-6
@@ -36,7 +37,8 @@ class SpinningThread:
     ``EventsExecutor`` refuses nodes with a guard condition.
 
     A task takes less time than a timer, and messages are many. So a task wakes the executor that
-    the node is in.
+    the node is in. An executor that no other thread may call is not woken, and calls are made in
+    the listener's thread instead.
     """
 
     def __init__(self, node: Node, *, wake_always: bool) -> None:
@@ -69,7 +71,7 @@ class SpinningThread:
         executor: Any = node.executor
         if executor is None:
             self._make_due()
-        elif executor is not self._woken:
+        elif executor is not self._woken and takes_calls(executor):
             self._woken = executor
             # The executor may be shut down at this moment.
             with suppress(AttributeError, InvalidHandle):
@@ -85,6 +87,8 @@ class SpinningThread:
         """
         node = self._node()
         if node is None or (node.executor is None and not self._wake_always):
+            return False
+        if node.executor is not None and not takes_calls(node.executor):
             return False
         self._due.append(function)
         if not self._make_due():

@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.timer import Timer
 
 from ..buffer.buffer import Buffer
+from ..threads.executors import takes_calls
 
 # A period of 0 would be due at once as well, but rcl computes with it.
 _AT_ONCE_S = 1e-6
@@ -75,7 +76,8 @@ class Spinner:
     def check(self) -> None:
         """Make the timer due, unless it already is."""
         timer, executor = self._timer, self._node.executor
-        if timer is None or self._due_since is not None:
+        if timer is None or self._due_since is not None or not (
+                executor is None or takes_calls(executor)):
             return
         self._due_since = time.monotonic()
         # The node may be destroyed, or its executor shut down, at any moment.

@@ -29,6 +29,7 @@ from tf_tree_py.core.messages.observers import Asked
 
 from .timeouts import Timeouts, Wait
 from ..messages.convert import as_nanoseconds, transform_stamped
+from ..threads.executors import takes_calls
 
 _STEP_OF_TASK = Task.__call__.__code__
 # A limit that is never reached: the executor checks the task again after a few.
@@ -199,7 +200,7 @@ class _Awaiter:
 
     def __call__(self, _: Future) -> None:
         executor, task = self._executor(), self._task()
-        if executor is None or task is None:
+        if executor is None or task is None or not takes_calls(executor):
             return
         if not isinstance(executor, Executor):
             # An EventsExecutor, which does not check its tasks when it wakes up.
