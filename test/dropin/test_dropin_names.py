@@ -172,11 +172,17 @@ def test_exceptions_are_one_family_everywhere():
     assert issubclass(tf2_py.TransformException, Exception)
 
 
-def test_import_alone_loads_no_messages():
+def test_installing_alone_loads_no_messages():
     result = run('-m', 'tf_tree_py.dropin', '-m', 'this')
     assert 'Beautiful is better' in result.stdout, result.stderr
     loaded = 'print([name for name in sys.modules if "rclpy" in name or "msg" in name])'
-    # An installed tf2_ros loads them itself.
-    for rest in ('install()', 'install(force=True)\nimport tf2_ros'):
-        result = run('-c', f'import sys, tf_tree_py.dropin\ntf_tree_py.dropin.{rest}\n{loaded}')
-        assert result.stdout == '[]\n', result.stderr
+    result = run('-c', f'import sys, tf_tree_py.dropin\ntf_tree_py.dropin.install()\n{loaded}')
+    assert result.stdout == '[]\n', result.stderr
+
+
+@pytest.mark.parametrize('use', [
+    'import rclpy, tf2_ros\nrclpy.executors.SingleThreadedExecutor, rclpy.time.Time',
+    'import geometry_msgs, tf2_ros\ngeometry_msgs.msg.PoseStamped'])
+def test_programs_use_modules_that_only_tf2_ros_imports(use):
+    result = run('-c', f'import tf_tree_py.dropin\ntf_tree_py.dropin.install(force=True)\n{use}')
+    assert result.returncode == 0, result.stderr

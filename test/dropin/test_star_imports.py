@@ -29,9 +29,17 @@ print(json.dumps(found))
 NOT_OURS = {'add_dll_directories_from_env'}
 
 
-def star_names(tmp_path, *command):
+IMPORTS = """
+import json, sys
+import tf2_ros
+print(json.dumps([name for name in sys.modules if '._' not in name and (
+    name.startswith('rclpy') or '_msgs' in name)]))
+"""
+
+
+def output_of(code, tmp_path, *command):
     program = tmp_path / 'program.py'
-    program.write_text(PROGRAM)
+    program.write_text(code)
     done = subprocess.run(['python3', *command, str(program)], env=standin_env(), text=True,
                           capture_output=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr
@@ -39,8 +47,8 @@ def star_names(tmp_path, *command):
 
 
 def test_star_imports_hand_over_what_those_of_tf2_do(tmp_path):
-    theirs = star_names(tmp_path)
-    ours = star_names(tmp_path, '-m', 'tf_tree_py.dropin', '--force')
+    theirs = output_of(PROGRAM, tmp_path)
+    ours = output_of(PROGRAM, tmp_path, '-m', 'tf_tree_py.dropin', '--force')
     for module, names in theirs.items():
         assert not {*names} - {*ours[module]} - NOT_OURS, module
         for name, home in names.items():
@@ -67,3 +75,11 @@ def test_program_that_relies_on_a_star_import_runs(tmp_path, use):
     done = subprocess.run(['python3', '-m', 'tf_tree_py.dropin', '--force', str(program)],
                           capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_import_of_tf2_ros_loads_the_modules_that_tf2s_does(tmp_path):
+    """Programs write rclpy.executors or geometry_msgs.msg without an import of their own."""
+    theirs = output_of(IMPORTS, tmp_path)
+    ours = output_of(IMPORTS, tmp_path, '-m', 'tf_tree_py.dropin', '--force')
+    assert 'rclpy.executors' in theirs
+    assert [name for name in theirs if name not in ours and not name.startswith('tf2_')] == []

@@ -51,6 +51,23 @@ _HOME_OF |= dict.fromkeys(['structured_to_unstructured', 'unstructured_to_struct
                           'numpy.lib.recfunctions')
 
 
+_LOADED = (
+    'action_msgs.msg', 'action_msgs.srv', 'builtin_interfaces.msg', 'geometry_msgs.msg',
+    'rclpy.action', 'rclpy.node', 'sensor_msgs.msg', 'std_msgs.msg', 'tf2_msgs.action',
+    'tf2_msgs.msg', 'tf2_msgs.srv', 'unique_identifier_msgs.msg')
+
+
+def load_what_tf2_loads() -> None:
+    """
+    Import what ``import tf2_ros`` imports.
+
+    Public programs write ``rclpy.executors`` or ``geometry_msgs.msg`` after ``import rclpy`` or
+    ``import geometry_msgs`` alone, which works because tf2_ros has imported the submodule.
+    """
+    for module in _LOADED:
+        import_module(module)
+
+
 def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(_MODULES[name])

@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Names of tf2_ros, backed by tf_tree_py; each is loaded on first use."""
+"""Names of tf2_ros, backed by tf_tree_py; each of its own is loaded on first use."""
 
 from importlib import import_module
 from typing import Any
 
 from tf_tree_py.dropin import imported_names
-from tf_tree_py.dropin.imported_names import star
+from tf_tree_py.dropin.imported_names import load_what_tf2_loads, star
+
+load_what_tf2_loads()
 
 _HOMES = {
     'buffer': ['Buffer'],
