@@ -287,6 +287,20 @@ def test_closed_listener_hears_no_more_and_the_buffer_keeps_what_it_has(
     assert buffer.lookup_transform('map', 'base', LATEST).header.stamp.sec == 1
 
 
+def test_listener_whose_node_is_destroyed_hears_no_more_and_ends(
+        node, make_node, talker, listen, pool):
+    buffer, other = listen(node), listen(make_node('other'))
+    talker.move(transform('map', 'base', 1.0), listeners=2, into=buffer)
+    asked = pool.submit(buffer.lookup_transform, 'map', 'base', at(2.0), PATIENCE)
+    until_waiting(buffer)
+    node.destroy_node()
+    talker.move(transform('map', 'base', 2.0), into=other)
+    with pytest.raises(tf.ExtrapolationException, match='the listener was closed'):
+        asked.result(PATIENCE_S)
+    until(lambda: len(receivers()) == 1)
+    assert buffer.statistics().accepted == 1
+
+
 def test_threads_may_make_and_close_listeners_at_once(node, pool):
     """Each closes those of the others, too."""
     def turn(listeners, start):

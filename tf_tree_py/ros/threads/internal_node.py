@@ -19,6 +19,7 @@ from contextlib import suppress
 import secrets
 import sys
 from typing import Any
+import weakref
 
 import rclpy
 from rclpy.context import Context
@@ -46,6 +47,18 @@ def is_locked_here(context: Context) -> bool:
     """Return whether the current thread holds the context's lock, because it shuts it down."""
     is_owned = getattr(getattr(context, '_lock', None), '_is_owned', None)
     return is_owned is not None and bool(is_owned())
+
+
+def is_alive(reference: 'weakref.ref[Node]') -> bool:
+    """Return whether a node exists, and has not been destroyed."""
+    node = reference()
+    if node is None:
+        return False
+    try:
+        with node.handle:
+            return True
+    except InvalidHandle:
+        return False
 
 
 # --- logging

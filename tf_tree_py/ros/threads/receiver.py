@@ -85,6 +85,7 @@ class Receiver:
                  rest: Callable[[float], object] = time.sleep,
                  work: Callable[[], bool] = lambda: False,
                  write_counts: Callable[[], object] = lambda: None,
+                 is_wanted: Callable[[], bool] = lambda: True,
                  use_wait_set: bool = HAS_WAIT_SET) -> None:
         """
         Begin to serve.
@@ -96,8 +97,10 @@ class Receiver:
             between messages in quick succession.
         :param work: does a few milliseconds of longer work, and returns whether more is left;
             called between messages.
+        :param is_wanted: returns whether to go on; called before messages are read.
         """
         self._node = node
+        self._is_wanted = is_wanted
         self._on_end = on_end
         self._rest = rest
         self._work = work
@@ -186,7 +189,7 @@ class Receiver:
             self._failures.report('a callback')
 
     def _goes_on(self) -> bool:
-        return not self._closing and is_running(self.context)
+        return not self._closing and is_running(self.context) and self._is_wanted()
 
     def _tick(self) -> None:
         """Write the counts of ended floods, if that was a second ago."""
@@ -268,6 +271,8 @@ class Receiver:
         wait_set.wait(timeout)
 
     def _drain_all(self, sources: Iterable[tuple[Subscription, bool]]) -> int:
+        if not self._is_wanted():
+            return 0
         return sum(self._drain(*source) for source in sources)
 
     def _tell(self, event: EventHandler) -> None:

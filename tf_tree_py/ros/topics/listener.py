@@ -33,7 +33,7 @@ from .spinner import Spinner
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places
 from ..threads.backlog import Backlog
-from ..threads.internal_node import internal_node, node_of_its_own, USE_SIM_TIME
+from ..threads.internal_node import internal_node, is_alive, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
 from ..waiting.clock import ClockSource
 
@@ -119,7 +119,8 @@ class TransformListener:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
                 work=backlog.step,
-                write_counts=buffer.feeds.log.write_counts)
+                write_counts=buffer.feeds.log.write_counts,
+                is_wanted=functools.partial(is_alive, weakref.ref(node)))
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
                 # The node's callback list references self: it lives as long as the node, as tf2's.
