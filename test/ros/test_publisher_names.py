@@ -127,7 +127,7 @@ def watched(graph, clock):
     buffer, doctor = Buffer(), Doctor()
     buffer.observers.add(doctor)
     feed = listener._Feed(buffer, graph, '/tf', False, 10, as_published,
-                          listener._Spinner(buffer, graph))
+                          listener.Spinner(buffer, graph))
 
     def hear(parent, child):
         message = TFMessage(transforms=[transform(parent, child, clock.now)])

@@ -71,6 +71,11 @@ class DuplicateStreams:
         """Stop returning an edge, which was reported, until ``begin_anew``."""
         self._reported.add(edge)
 
+    @property
+    def is_empty(self) -> bool:
+        """Return whether no numbers are known."""
+        return not self._edges
+
     def begin_anew(self) -> None:
         """Forget all numbers: a publisher has left, and its numbers cannot be identified."""
         self._edges.clear()

@@ -27,6 +27,8 @@ from ..threads.internal_node import is_running, USE_SIM_TIME
 
 _REFRESH_S = 1.0
 _RETRY_S = 0.05
+# Messages of a publisher and the news that it has left arrive in any order, within this time.
+_SETTLED_S = 1.0
 # The graph's name of an endpoint before its node has announced itself.
 _UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
 _TYPE = 'tf2_msgs/msg/TFMessage'
@@ -181,7 +183,8 @@ class DuplicatePublishers:
 
     While the graph shows one publisher, messages of ``/tf`` are not examined. When a publisher
     leaves, all numbers are forgotten, so that a restarted node does not count as a second
-    publisher. If the middleware does not number messages, nothing is reported.
+    publisher; the graph, which is not read all the time, may never have shown it. If the
+    middleware does not number messages, nothing is reported.
     """
 
     def __init__(self, authority: PublisherNames, static: bool) -> None:
@@ -195,6 +198,19 @@ class DuplicatePublishers:
         self._static = static
         self._streams = DuplicateStreams(static)
         self._endpoints = authority.endpoints
+        self._quiet_until = -math.inf
+        # Static edges that two have sent, unless one of them had left before: that is known later.
+        self._suspected: dict[Edge, int] = {}
+        self._suspected_at = 0.0
+
+    def forget_for_a_while(self) -> None:
+        """
+        Forget all numbers, because a publisher has left.
+
+        Messages of it may still be on their way, so those of the next second are not examined.
+        """
+        self._quiet_until = time.monotonic() + _SETTLED_S
+        self._forget()
 
     def judge(self, batch: Batch, info: Any) -> list[Incident]:
         """
@@ -211,33 +227,58 @@ class DuplicatePublishers:
         number = info['publication_sequence_number']
         if number is None:
             return []
+        if self._quiet_until > 0.0:
+            if time.monotonic() < self._quiet_until:
+                return []
+            self._quiet_until = -math.inf
         suspects = self._streams.take(batch.edges, number)
-        return self._judged(suspects, batch, number) if suspects else []
+        stamps = dict(zip(batch.edges, batch.stamps, strict=True))
+        suspected = {edge: stamps[edge] for edge in suspects}
+        if self._static:
+            if suspected and not self._suspected:
+                self._suspected_at = time.monotonic()
+            self._suspected |= suspected
+            return self.settled()
+        if not suspected:
+            return []
+        incidents = self._judged(suspected)
+        if self._streams.is_empty:
+            # The publisher was most likely restarted, and this is its first message.
+            self._streams.take(batch.edges, number)
+        return incidents
+
+    def settled(self) -> list[Incident]:
+        """Return incidents of static edges that were suspected a second ago; call this often."""
+        if not self._suspected or time.monotonic() < self._suspected_at + _SETTLED_S:
+            return []
+        return self._judged(self._suspected)
 
     def _forget_if_one_left(self) -> bool:
         before, self._endpoints = self._endpoints, self._authority.endpoints
         one_left = bool(before - self._endpoints)
         if one_left:
-            self._streams.begin_anew()
+            self._forget()
         return one_left
 
-    def _judged(self, suspects: Sequence[Edge], batch: Batch, number: int) -> list[Incident]:
-        """Return the incidents of suspected edges that the current graph confirms."""
+    def _forget(self) -> None:
+        self._streams.begin_anew()
+        self._suspected = {}
+
+    def _judged(self, suspected: Mapping[Edge, int]) -> list[Incident]:
+        """Return the incidents of suspected edges, with their stamps, that the graph confirms."""
         self._authority.ask()
         if self._forget_if_one_left():
-            # The publisher was most likely restarted, and this is its first message.
-            self._streams.take(batch.edges, number)
             return []
         names = self._authority.names
-        # A crashed node stays in the graph for a while, along with its replacement of the same
-        # name. So two static publishers count only if their names differ. Of two publishers of
-        # moving transforms, both have sent some by now.
-        if len(names) < 2 or (self._static and len(set(names)) < 2):
+        # A node that crashed stays in the graph for a while, along with its replacement of the
+        # same name: these two may have sent a static edge, also beside a third. So all names have
+        # to differ. Of two publishers of moving transforms, both have sent some by now.
+        if len(names) < 2 or (self._static and len(set(names)) < len(names)):
             return []
-        stamps = dict(zip(batch.edges, batch.stamps, strict=True))
-        for edge in suspects:
+        self._suspected = {}
+        for edge in suspected:
             self._streams.mark_reported(edge)
-        return [self._incident(edge, stamps[edge], names) for edge in suspects]
+        return [self._incident(edge, stamp, names) for edge, stamp in suspected.items()]
 
     def _incident(self, edge: Edge, stamp: int, names: Sequence[str]) -> Incident:
         parent, child = (name.removeprefix('/') for name in edge)

@@ -3,7 +3,7 @@
 
 """Fills a buffer from /tf and /tf_static."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 import functools
 from typing import Any, cast
 import weakref
@@ -119,7 +119,7 @@ class TransformListener:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
                 work=backlog.step,
-                write_counts=buffer.feeds.log.write_counts,
+                write_counts=functools.partial(_every_second, buffer, self._feeds),
                 is_wanted=functools.partial(is_alive, weakref.ref(node)))
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
@@ -168,6 +168,13 @@ class TransformListener:
             receiver.wake()
 
 
+def _every_second(buffer: Buffer, feeds: 'list[_Feed]') -> None:
+    """Log what is known only some time after a message; keeps no listener alive."""
+    for feed in feeds:
+        feed.report_settled()
+    buffer.feeds.log.write_counts()
+
+
 class _Feed:
     """Stores the messages of one topic in the buffer."""
 
@@ -193,12 +200,21 @@ class _Feed:
         self._subscription = node.create_subscription(
             TFMessage, topic, cast('Any', self._receive), qos, raw=True,
             callback_group=MutuallyExclusiveCallbackGroup(),
-            event_callbacks=mismatches(topic, buffer.feeds.log),
+            event_callbacks=mismatches(
+                topic, buffer.feeds.log, self._duplicates.forget_for_a_while),
             qos_overriding_options=overriding(node, topic, 'subscription', static))
 
     def close(self) -> None:
         """Stop receiving; needed where the subscription is on the user's node."""
         self._node.destroy_subscription(self._subscription)
+
+    def report_settled(self) -> None:
+        """Report edges of two publishers, of which it is known by now that none had left."""
+        self._report(self._duplicates.settled())
+
+    def _report(self, rivalries: Iterable[Incident]) -> None:
+        for rivalry in rivalries:
+            self._buffer.feeds.refuse(rivalry)
 
     def _receive(self, data: bytes, info: Any) -> None:
         self._spinner.note()
@@ -216,8 +232,7 @@ class _Feed:
             self._refuse(batch)
         elif batch.edges or batch.impossible:
             self._insert(batch, self._announce(batch, is_new))
-            for rivalry in self._duplicates.judge(batch, info):
-                self._buffer.feeds.refuse(rivalry)
+            self._report(self._duplicates.judge(batch, info))
 
     def _receive_in_steps(self, data: bytes) -> Iterator[None]:
         """

@@ -7,6 +7,7 @@ The QoS profiles of /tf and /tf_static as in tf2, of sensors, and their override
 Also the log lines about endpoints that do not match.
 """
 
+from collections.abc import Callable
 from typing import Any, Literal
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -85,13 +86,22 @@ def tf_publisher(node: Node, topic: str, qos: QoSProfile | int, static: bool) ->
 
 # --- endpoints that do not match
 
-def mismatches(topic: str, log: LimitedLog) -> SubscriptionEventCallbacks:
+def mismatches(topic: str, log: LimitedLog,
+               on_left: Callable[[], object] | None = None) -> SubscriptionEventCallbacks:
     """
     Return a subscription's callbacks that log publishers whose messages cannot arrive.
 
     rclpy logs a line for each, and anyone can make publishers at any rate.
+
+    :param on_left: called when publishers have left; None: this is not observed.
     """
+    def matched(status: Any) -> None:
+        # Also if as many have come in the meantime.
+        if on_left is not None and status.current_count_change < status.total_count_change:
+            on_left()
+
     return SubscriptionEventCallbacks(
+        matched=None if on_left is None else matched,
         **_mismatch(topic, log, 'publisher', 'offering', 'received from'))
 
 
