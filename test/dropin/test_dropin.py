@@ -22,8 +22,10 @@ from ros_helpers import (
     transform,
     until,
 )
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.dropin import listener as listener_module
+from tf_tree_py.ros.topics import listener as listener_topics
 
 pytestmark = pytest.mark.usefixtures('installed')
 
@@ -76,6 +78,35 @@ def test_each_message_wakes_the_loop_anew(node, talker, spinner, begin):
     for second in range(1, 4):
         talker.move(transform('map', 'odom', second))
         spin_until(spinner, lambda second=second: buffer.can_transform('map', 'odom', at(second)))
+
+
+def test_callback_sees_the_transform_that_was_sent_before_its_message(
+        node, talker, spinner, begin, monkeypatch):
+    """As in tf2, where one thread reads both; here another thread reads transforms."""
+    import tf2_ros
+    receive = listener_topics._Feed._receive
+
+    def receive_late(feed, data, info):
+        late.wait(0.02)
+        receive(feed, data, info)
+
+    late = threading.Event()
+    monkeypatch.setattr(listener_topics._Feed, '_receive', receive_late)
+    monkeypatch.setattr('tf_tree_py.dropin.buffer._LONGEST_S', PATIENCE_S)
+    buffer, found = tf2_ros.Buffer(), []
+    begin(buffer, node)
+    publisher = talker.node.create_publisher(Header, 'image', 10)
+    node.create_subscription(Header, 'image', lambda header: found.append(
+        buffer.lookup_transform('map', 'base', header.stamp).header.stamp), 10)
+    until(publisher.get_subscription_count)
+    for second in range(1, 6):
+        talker.move(transform('map', 'base', second))
+        publisher.publish(Header(stamp=at(second).to_msg()))
+        spin_until(spinner, lambda second=second: len(found) == second)
+    # What will never come is not waited for.
+    late.set()
+    with pytest.raises(tf2_ros.ExtrapolationException):
+        buffer.lookup_transform('map', 'base', at(9.0))
 
 
 def test_callback_may_wait(node, talker, spinner, begin):

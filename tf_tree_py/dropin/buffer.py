@@ -15,7 +15,7 @@ from collections.abc import Callable
 from functools import partial
 import math
 import threading
-from typing import Any
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import TransformStamped
 import numpy as np
@@ -31,7 +31,7 @@ from tf_tree_py.core.errors import (
     TransformException,
 )
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import carry
+from tf_tree_py.core.geometry.se3 import carry, PoseTuple
 from tf_tree_py.core.geometry.so3 import Quaternion, Vector3
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
@@ -43,6 +43,12 @@ from tf_tree_py.ros.messages.convert import as_nanoseconds
 from tf_tree_py.ros.waiting.futures import TransformFuture
 
 from .spinning_thread import SpinningThread
+
+Answer = TypeVar('Answer')
+
+# How long a lookup waits for the listener's thread, which needs far less unless the processor is
+# busy.
+_LONGEST_S = 0.05
 
 
 def tf2_text(error: TransformException) -> str:
@@ -165,7 +171,7 @@ class BufferCore(OurBuffer):
         :param options: those of ``tf_tree_py.Buffer``.
         """
         super().__init__(cache_time, node, **options)
-        self._spinning_threads: dict[SpinningThread, None] = {}
+        self._spinning_threads: dict[SpinningThread, Callable[[float], None]] = {}
         self.timeouts.call_back = self._call_back
         # tf2's timeouts end also where no node publishes /clock.
         self.timeouts.by_wall = True
@@ -196,16 +202,48 @@ class BufferCore(OurBuffer):
         # tf2 only reads the nanoseconds of a Time, so its programs use any clock type.
         return False
 
-    def join_spinning_thread(self, node: Node, *, wake_always: bool) -> Callable[[], None]:
+    # --- as if the program's thread read the transforms
+
+    def lookup_stamped(self, *question: Any) -> tuple[int, PoseTuple]:
+        """Return the stamp and the pose; see ``Queries``."""
+        return self._caught_up(super().lookup_stamped, *question)
+
+    def lookup_full_stamped(self, *question: Any) -> tuple[int, PoseTuple]:
+        """Return the stamp and the pose between two times; see ``Queries``."""
+        return self._caught_up(super().lookup_full_stamped, *question)
+
+    def _caught_up(self, lookup: Callable[..., Answer], *question: Any) -> Answer:
+        """
+        Look up again if what is missing may have arrived.
+
+        In tf2 the thread that calls a program's callbacks has read the transforms that were sent
+        before. Here another thread reads them, and may be a moment behind.
+        """
+        try:
+            return lookup(*question)
+        except TransformException as error:
+            # A thread that holds the lock waits for data, and others could not insert any. What
+            # observers see is looked up once.
+            if (error.blocked_on is None or self._lock._is_owned()
+                    or self.observers.watches_lookups()):
+                raise
+        for catch_up in list(self._spinning_threads.values()):
+            catch_up(_LONGEST_S)
+        return lookup(*question)
+
+    def join_spinning_thread(self, node: Node, catch_up: Callable[[float], None], *,
+                             wake_always: bool) -> Callable[[], None]:
         """
         Make calls in the thread that spins a listener's node, as tf2 does.
 
+        :param catch_up: waits until the listener has inserted what has arrived, for some seconds
+            at most.
         :param wake_always: see ``SpinningThread``: some programs wait for a transform in a loop of
             ``rclpy.spin_once(node)``.
         :return: a function that stops this.
         """
         thread = SpinningThread(node, wake_always=wake_always)
-        self._spinning_threads[thread] = None
+        self._spinning_threads[thread] = catch_up
 
         def leave() -> None:
             self._spinning_threads.pop(thread, None)

@@ -14,6 +14,7 @@ a hundred clients, each lookup of one of them has that cost a hundred times.
 """
 
 import atexit
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 import inspect
@@ -107,6 +108,9 @@ class Receiver:
         self._write_counts = write_counts
         self._counted_at = time.monotonic()
         self._closing = False
+        # Whether the node may have other subscriptions; and who waits until all has been read.
+        self._changed = False
+        self._catching_up: deque[threading.Event] = deque()
         self._reads_directly = use_wait_set
         # Set when the thread no longer uses the node.
         self._has_served = threading.Event()
@@ -128,6 +132,19 @@ class Receiver:
 
     def wake(self) -> None:
         """Read the node's list of subscriptions again."""
+        self._changed = True
+        self._trigger()
+
+    def catch_up(self, longest_s: float) -> None:
+        """Wait until the thread has read what has arrived; return at once in the thread itself."""
+        if threading.current_thread() is self.thread or not self._reads_directly:
+            return
+        caught_up = threading.Event()
+        self._catching_up.append(caught_up)
+        self._trigger()
+        caught_up.wait(longest_s)
+
+    def _trigger(self) -> None:
         # The guard condition is destroyed when the thread ends.
         with suppress(InvalidHandle):
             self._wake.trigger()
@@ -218,6 +235,7 @@ class Receiver:
     def _serve(self) -> None:
         while self._goes_on():
             # The clock's subscription appears and disappears with use_sim_time, at any moment.
+            self._changed = False
             with suppress(InvalidHandle), ExitStack() as in_use:
                 self._serve_these(list(self._node.subscriptions), in_use)
 
@@ -238,7 +256,7 @@ class Receiver:
             timeout = self._work_on()
             self._wait(wait_set, handles, events, timeout)
             self._tick()
-            woken = wait_set.is_ready('guard_condition', 0)
+            woken = wait_set.is_ready('guard_condition', 0) and self._changed
             for event in [event for event in events if event.is_ready(wait_set)]:
                 self._tell(event)
             last, before = time.monotonic(), last
@@ -273,7 +291,12 @@ class Receiver:
     def _drain_all(self, sources: Iterable[tuple[Subscription, bool]]) -> int:
         if not self._is_wanted():
             return 0
-        return sum(self._drain(*source) for source in sources)
+        # Not those that begin to wait during the reading.
+        waiting = len(self._catching_up)
+        taken = sum(self._drain(*source) for source in sources)
+        for _ in range(waiting):
+            self._catching_up.popleft().set()
+        return taken
 
     def _tell(self, event: EventHandler) -> None:
         """Let rclpy log which publishers do not match, in their QoS or their type."""

@@ -141,6 +141,12 @@ class TransformListener:
             self._spinner.end()
             self._end_feed()
 
+    def catch_up(self, longest_s: float) -> None:
+        """Wait until the messages that have arrived are in the buffer, if a thread reads them."""
+        receiver = self._receiver
+        if receiver is not None:
+            receiver.catch_up(longest_s)
+
     def unregister(self) -> None:
         """Stop listening: tf2's name for ``close``."""
         self.close()
