@@ -108,7 +108,7 @@ class AttachedListeners:
 
         :return: a function for the end of the wait: why nothing arrives, '' if that is not known.
         """
-        for node in self._to_spin:
+        for node in list(self._to_spin):
             node.check()
         return self._why_nothing_arrives
 

@@ -67,8 +67,8 @@ class Buffer(CoreApi, BufferInterface):
 
     It has all methods of tf2's buffer and those of ``BufferCore``. With a node it serves
     ``tf2_frames`` and follows the node's clock. A ``TransformListener`` lends it its own clock,
-    which advances even while the node's callbacks block. When simulated time
-    goes back by a second, the buffer forgets all moving transforms, and all waits fail.
+    which advances even while the node's callbacks block. When simulated time goes back by a
+    second, the buffer forgets all moving transforms, and all waits fail.
     """
 
     def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,

@@ -136,8 +136,9 @@ class Receiver:
         self._trigger()
 
     def catch_up(self, longest_s: float) -> None:
-        """Wait until the thread has read what has arrived; return at once in the thread itself."""
-        if threading.current_thread() is self.thread or not self._reads_directly:
+        """Wait until the thread has read what has arrived, unless this is it, or it has ended."""
+        if (threading.current_thread() is self.thread or not self._reads_directly
+                or self._has_served.is_set()):
             return
         caught_up = threading.Event()
         self._catching_up.append(caught_up)

@@ -232,15 +232,15 @@ class DuplicatePublishers:
                 return []
             self._quiet_until = -math.inf
         suspects = self._streams.take(batch.edges, number)
+        if not suspects:
+            return self.settled()
         stamps = dict(zip(batch.edges, batch.stamps, strict=True))
         suspected = {edge: stamps[edge] for edge in suspects}
         if self._static:
-            if suspected and not self._suspected:
+            if not self._suspected:
                 self._suspected_at = time.monotonic()
             self._suspected |= suspected
             return self.settled()
-        if not suspected:
-            return []
         incidents = self._judged(suspected)
         if self._streams.is_empty:
             # The publisher was most likely restarted, and this is its first message.
