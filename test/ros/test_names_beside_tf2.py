@@ -120,8 +120,6 @@ def test_names_are_those_of_tf2_by_every_way_in(of_tf2, way):
         assert answers(buffer, parent, child, Time(seconds=1)) == expected, (parent, child, static)
 
 
-
-
 class Recorded:
     """A bag with one transform, looked up as a buffer of ROS is."""
 

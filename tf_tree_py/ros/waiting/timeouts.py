@@ -26,6 +26,7 @@ from .deadlines import AlarmDeadline, ClockDeadline
 Answer = TypeVar('Answer')
 Taken = TypeVar('Taken', contravariant=True)
 
+
 class Timeouts:
     """
     The deadlines of all waits at one buffer, by its clock and by its wall guard.
