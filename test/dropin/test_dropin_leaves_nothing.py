@@ -3,7 +3,12 @@
 
 """Listeners of the drop-in leave nothing behind on the node of a program."""
 
+import gc
+import weakref
+
 import pytest
+from rclpy.node import Node
+from ros_helpers import until
 from tf_tree_py.dropin.buffer import Buffer
 from tf_tree_py.dropin.listener import TransformListener
 
@@ -52,3 +57,14 @@ def test_static_listener_has_no_subscription_to_tf(node):
     assert not hasattr(listener, 'tf_sub')
     assert listener.tf_static_sub in list(node.subscriptions)
     listener.unregister()
+
+
+def test_node_that_is_dropped_ends_the_listener_and_the_buffer(context):
+    def use():
+        node = Node('dropped', context=context)
+        buffer = Buffer()
+        TransformListener(buffer, node)
+        return weakref.ref(node), weakref.ref(buffer)
+
+    references = use()
+    until(lambda: gc.collect() is not None and not any(each() for each in references))

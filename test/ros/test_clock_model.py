@@ -33,7 +33,11 @@ class Waiting:
     """A wait, and what the model knows about it."""
 
     def __init__(self, result, begin, timeout):
-        self.result, self.begin, self.end = result, begin, begin + timeout
+        self.result, self.begin, self.timeout = result, begin, timeout
+
+    @property
+    def end(self):
+        return self.begin + self.timeout
 
     def check_timeout(self, now):
         with pytest.raises(LookupException) as raised:
@@ -74,6 +78,7 @@ class ClockMachine(RuleBasedStateMachine):
         if self.now + step < 0:
             return
         self.now += step
+        self.start_those_that_wait_for_the_first_time()
         self.show(self.now)
         before, self.newest = self.newest, max(self.newest, self.now)
         if before - self.now < LIMIT:
@@ -88,6 +93,7 @@ class ClockMachine(RuleBasedStateMachine):
     @rule(ahead=st.sampled_from([-5000, -2, 0, 3, 5000]))
     def replace_clock(self, ahead):
         self.use(max(self.now + ahead * MILLISECOND, 0))
+        self.start_those_that_wait_for_the_first_time()
         self.end_those_that_are_due()
 
     @precondition(lambda self: len(self.waits) < 8)
@@ -112,9 +118,13 @@ class ClockMachine(RuleBasedStateMachine):
         move(self.buffer, self.now / 1e9, child=f'other{next(self.frames)}')
         self.check()
 
+    def start_those_that_wait_for_the_first_time(self):
+        for each in self.waits:
+            each.begin = each.begin or self.now
+
     def end_those_that_are_due(self):
-        due = [each for each in self.waits if each.end <= self.now]
-        self.waits = [each for each in self.waits if each.end > self.now]
+        due = [each for each in self.waits if each.begin and each.end <= self.now]
+        self.waits = [each for each in self.waits if each not in due]
         for each in due:
             each.check_timeout(self.now)
         self.check()

@@ -21,6 +21,11 @@ def reported(buffer):
     return buffer.statistics().incidents[Kind.TWO_PUBLISHERS]
 
 
+@pytest.fixture(autouse=True)
+def short_lease(monkeypatch):
+    monkeypatch.setattr('tf_tree_py.ros.topics.endpoints._LEASE_S', 1.0)
+
+
 @pytest.fixture
 def log(log):
     """Return the lines that were logged about two publishers."""

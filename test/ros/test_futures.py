@@ -232,9 +232,14 @@ def test_end_that_is_reached_before_the_alarm_is_set_is_not_missed():
     clock._set_ros_time_is_active(True)
     watch = ClockWatch(lambda jump: None)
     watch.use_clock(ClockSource(clock))
-    deadline = AlarmDeadline(watch, 5, None)
-    for nanoseconds in (10, 2):
+
+    def show(nanoseconds):
         clock.set_ros_time_override(Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME))
+
+    show(1)
+    deadline = AlarmDeadline(watch, 5, None)
+    show(10)
+    show(2)
 
     class Sleeper:
         expire = rang.set

@@ -397,6 +397,7 @@ def test_thread_that_spun_once_may_wait_when_another_spins(node, talker, listen,
 
 
 NOT_SPUN = 'The node /asking is not being spun, so its TransformListener receives nothing'
+NOT_RUN = 'The executor of the node /asking has run none of its callbacks for 1.'
 NOTHING_YET = 'Nothing has been received yet: does any node publish'
 
 
@@ -422,7 +423,15 @@ def test_wait_on_a_node_whose_executor_does_not_spin_says_so(node, listen, execu
     buffer = listen(node, spin_thread=False)
     executor.add_node(node)
     assert failure(buffer, 0.2).startswith(NOTHING_YET), 'its thread may be late'
-    assert failure(buffer, 1.0).startswith(NOT_SPUN)
+    assert failure(buffer, 1.0).startswith(NOT_RUN)
+
+
+def test_wait_on_a_node_that_was_destroyed_ends_with_its_error(node, listen):
+    buffer = listen(node, spin_thread=False)
+    future = buffer.wait_for_transform_async('map', 'base', LATEST, lasting(0.2))
+    node.destroy_node()
+    with pytest.raises(tf.LookupException, match=NOT_SPUN):
+        result_of(future)
 
 
 EXECUTORS = pytest.mark.parametrize('name', [

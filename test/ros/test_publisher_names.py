@@ -43,6 +43,9 @@ class Graph:
         self.asked = 0
         self.publishers = []
 
+    def get_fully_qualified_name(self):
+        return '/watching'
+
     def get_publishers_info_by_topic(self, topic):
         assert topic == '/tf'
         self.asked += 1

@@ -16,6 +16,7 @@ from functools import partial
 import math
 import threading
 from typing import Any, TypeVar
+import weakref
 
 from geometry_msgs.msg import TransformStamped
 import numpy as np
@@ -45,6 +46,7 @@ from tf_tree_py.ros.waiting.futures import TransformFuture
 from .spinning_thread import SpinningThread
 
 Answer = TypeVar('Answer')
+_CatchUp = weakref.WeakMethod[Callable[[float], None]]
 
 # How long a lookup waits for the listener's thread, which needs far less unless the processor is
 # busy.
@@ -171,7 +173,7 @@ class BufferCore(OurBuffer):
         :param options: those of ``tf_tree_py.Buffer``.
         """
         super().__init__(cache_time, node, **options)
-        self._spinning_threads: dict[SpinningThread, Callable[[float], None]] = {}
+        self._spinning_threads: dict[SpinningThread, _CatchUp] = {}
         self.timeouts.call_back = self._call_back
         # tf2's timeouts end also where no node publishes /clock.
         self.timeouts.by_wall = True
@@ -227,17 +229,19 @@ class BufferCore(OurBuffer):
             if (error.blocked_on is None or self._lock._is_owned()
                     or self.observers.watches_lookups()):
                 raise
-        for catch_up in list(self._spinning_threads.values()):
-            catch_up(_LONGEST_S)
+        for reference in list(self._spinning_threads.values()):
+            catch_up = reference()
+            if catch_up is not None:
+                catch_up(_LONGEST_S)
         return lookup(*question)
 
-    def join_spinning_thread(self, node: Node, catch_up: Callable[[float], None], *,
+    def join_spinning_thread(self, node: Node, catch_up: _CatchUp, *,
                              wake_always: bool) -> Callable[[], None]:
         """
         Make calls in the thread that spins a listener's node, as tf2 does.
 
-        :param catch_up: waits until the listener has inserted what has arrived, for some seconds
-            at most.
+        :param catch_up: a method of the listener, which the buffer must not keep alive: it waits
+            until what has arrived is inserted, for some seconds at most.
         :param wake_always: see ``SpinningThread``: some programs wait for a transform in a loop of
             ``rclpy.spin_once(node)``.
         :return: a function that stops this.

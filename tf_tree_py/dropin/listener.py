@@ -136,7 +136,7 @@ class TransformListener:
             tf_static_topic=tf_static_topic, static_only=static_only, **options)
         if node is not None and isinstance(buffer, BufferCore):
             self._leave = buffer.join_spinning_thread(
-                node, self._listener.catch_up, wake_always=not spin_thread)
+                node, weakref.WeakMethod(self._listener.catch_up), wake_always=not spin_thread)
         if node is not None and spin_thread:
             spin_if_nobody_does(node)
 

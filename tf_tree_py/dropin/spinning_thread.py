@@ -88,7 +88,7 @@ class SpinningThread:
         node = self._node()
         if node is None or (node.executor is None and not self._wake_always):
             return False
-        if node.executor is not None and not takes_calls(node.executor):
+        if not takes_calls(node.executor):
             return False
         self._due.append(function)
         if not self._make_due():

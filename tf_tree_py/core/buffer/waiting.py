@@ -291,9 +291,18 @@ class Waiting:
         """
         Block until there is a waiter: for threads that gather messages before they insert them.
 
-        :return: whether there is a waiter.
+        :return: whether there is a waiter, or ``end_sleep`` was called.
         """
-        return self._waiters.somebody.wait(timeout_s)
+        woken = self._waiters.somebody.wait(timeout_s)
+        if woken and not self._waiters:
+            with self.lock:
+                if not self._waiters:
+                    self._waiters.somebody.clear()
+        return woken
+
+    def end_sleep(self) -> None:
+        """Let ``sleep_until_somebody`` return; takes no lock."""
+        self._waiters.somebody.set()
 
 
 class Inquiry(Generic[Answer]):

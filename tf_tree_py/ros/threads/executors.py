@@ -13,16 +13,17 @@ the mutex while it holds Python's lock, and so stops all threads of Python.
 
 from functools import cache
 from pathlib import Path
+import sys
 from typing import Any
 
-from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 import rclpy.logging
 
 
 def takes_calls(executor: Any) -> bool:
     """Return whether another thread may call an executor, to wake it or to give it a task."""
-    return isinstance(executor, Executor) or not _has_broken_queue()
+    kind = getattr(rclpy_implementation, 'EventsExecutor', None)
+    return kind is None or not isinstance(executor, kind) or not _has_broken_queue()
 
 
 @cache
@@ -32,8 +33,8 @@ def _has_broken_queue() -> bool:
         code = Path(rclpy_implementation.__file__).read_bytes()
     except OSError:
         return False
-    broken = (b'events_executor' in code and b'pthread_cond_timedwait' in code
-              and b'pthread_cond_clockwait' not in code)
+    broken = (sys.platform == 'linux' and b'events_executor' in code
+              and b'pthread_cond_timedwait' in code and b'pthread_cond_clockwait' not in code)
     if broken:
         rclpy.logging.get_logger('tf_tree_py').warning(
             'The EventsExecutor of this build of rclpy delivers nothing if it spins without a '

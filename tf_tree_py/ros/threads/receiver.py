@@ -84,6 +84,7 @@ class Receiver:
 
     def __init__(self, node: Node, on_end: Callable[[], object], *,
                  rest: Callable[[float], object] = time.sleep,
+                 end_rest: Callable[[], object] = lambda: None,
                  work: Callable[[], bool] = lambda: False,
                  write_counts: Callable[[], object] = lambda: None,
                  is_wanted: Callable[[], bool] = lambda: True,
@@ -96,6 +97,7 @@ class Receiver:
         :param write_counts: of a ``LimitedLog``; the thread calls it about once a second.
         :param rest: sleeps for so many seconds, or less if a lookup waits in the buffer; called
             between messages in quick succession.
+        :param end_rest: lets ``rest`` return.
         :param work: does a few milliseconds of longer work, and returns whether more is left;
             called between messages.
         :param is_wanted: returns whether to go on; called before messages are read.
@@ -104,6 +106,7 @@ class Receiver:
         self._is_wanted = is_wanted
         self._on_end = on_end
         self._rest = rest
+        self._end_rest = end_rest
         self._work = work
         self._write_counts = write_counts
         self._counted_at = time.monotonic()
@@ -142,6 +145,7 @@ class Receiver:
             return
         caught_up = threading.Event()
         self._catching_up.append(caught_up)
+        self._end_rest()
         self._trigger()
         caught_up.wait(longest_s)
 

@@ -29,6 +29,8 @@ _REFRESH_S = 1.0
 _RETRY_S = 0.05
 # Messages of a publisher and the news that it has left arrive in any order, within this time.
 _SETTLED_S = 1.0
+# After a crash a node stays in the graph for 20 s, the lease of Fast DDS.
+_LEASE_S = 25.0
 # The graph's name of an endpoint before its node has announced itself.
 _UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
 _TYPE = 'tf2_msgs/msg/TFMessage'
@@ -248,8 +250,8 @@ class DuplicatePublishers:
         return incidents
 
     def settled(self) -> list[Incident]:
-        """Return incidents of static edges that were suspected a second ago; call this often."""
-        if not self._suspected or time.monotonic() < self._suspected_at + _SETTLED_S:
+        """Return incidents of static edges whose publishers are both known to live; call often."""
+        if not self._suspected or time.monotonic() < self._suspected_at + _LEASE_S:
             return []
         return self._judged(self._suspected)
 
@@ -270,12 +272,12 @@ class DuplicatePublishers:
         if self._forget_if_one_left():
             return []
         names = self._authority.names
-        # A node that crashed stays in the graph for a while, along with its replacement of the
-        # same name: these two may have sent a static edge, also beside a third. So all names have
-        # to differ. Of two publishers of moving transforms, both have sent some by now.
-        if len(names) < 2 or (self._static and len(set(names)) < len(names)):
+        if not names:
             return []
         self._suspected = {}
+        # One node may have two static publishers. Of moving transforms, both have sent some.
+        if len(names) < 2 or (self._static and len(set(names)) < 2):
+            return []
         for edge in suspected:
             self._streams.mark_reported(edge)
         return [self._incident(edge, stamp, names) for edge, stamp in suspected.items()]

@@ -9,6 +9,7 @@ from typing import Any, cast
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.event_handler import UnsupportedEventTypeError
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -118,6 +119,7 @@ class TransformListener:
         if spin_thread:
             self._receiver = Receiver(
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
+                end_rest=buffer.waiting.end_sleep,
                 work=backlog.step,
                 write_counts=functools.partial(_every_second, buffer, self._feeds),
                 is_wanted=functools.partial(is_alive, weakref.ref(node)))
@@ -203,12 +205,16 @@ class _Feed:
         self._duplicates = DuplicatePublishers(self._authority, static)
         buffer.feeds.name_later(self._authority)
         # In a separate callback group: another callback of the node may block on a lookup.
-        self._subscription = node.create_subscription(
-            TFMessage, topic, cast('Any', self._receive), qos, raw=True,
+        subscribe = functools.partial(
+            node.create_subscription, TFMessage, topic, cast('Any', self._receive), qos, raw=True,
             callback_group=MutuallyExclusiveCallbackGroup(),
-            event_callbacks=mismatches(
-                topic, buffer.feeds.log, self._duplicates.forget_for_a_while),
             qos_overriding_options=overriding(node, topic, 'subscription', static))
+        log = buffer.feeds.log
+        try:
+            self._subscription = subscribe(event_callbacks=mismatches(
+                topic, log, self._duplicates.forget_for_a_while))
+        except UnsupportedEventTypeError:  # the middleware does not report who leaves
+            self._subscription = subscribe(event_callbacks=mismatches(topic, log))
 
     def close(self) -> None:
         """Stop receiving; needed where the subscription is on the user's node."""

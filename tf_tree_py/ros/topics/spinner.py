@@ -38,6 +38,8 @@ class Spinner:
     def __init__(self, buffer: Buffer, node: Node) -> None:
         self._buffer = buffer
         self._node = node
+        # Later the node may have been destroyed.
+        self._name = node.get_fully_qualified_name()
         self._thread: threading.Thread | None = None
         self._timer: Timer | None = None
         self._due_since: float | None = None
@@ -87,14 +89,20 @@ class Spinner:
                 executor.wake()
 
     def why_nothing_arrives(self) -> str:
-        """Return that the node is not spun, if that is certain, or ''."""
+        """Return that nothing runs the node's callbacks, if that is certain, or ''."""
         since = self._due_since
-        limit_s = _NOT_SPUN_S if self._node.executor is None else _NOT_RUN_S
-        if since is None or time.monotonic() < since + limit_s:
+        if since is None:
             return ''
-        return (f'The node {self._node.get_fully_qualified_name()} is not being spun, so its '
-                'TransformListener receives nothing: spin the node in another thread, or leave '
-                'out spin_thread=False')
+        passed_s = time.monotonic() - since
+        if self._node.executor is None and passed_s >= _NOT_SPUN_S:
+            return (f'The node {self._name} is not being spun, so its TransformListener receives '
+                    'nothing: spin the node in another thread, or leave out spin_thread=False')
+        if passed_s < _NOT_RUN_S:
+            return ''
+        return (f'The executor of the node {self._name} has run none of its callbacks for '
+                f'{passed_s:.1f} s, so its TransformListener receives nothing: the executor is '
+                'not spun, or all its threads are in other callbacks. Leave out '
+                'spin_thread=False, or use more threads')
 
     def _serve(self) -> None:
         timer = self._timer

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import heapq
 import itertools
-import math
 import time
 from typing import NamedTuple, Protocol
 import weakref
@@ -34,8 +33,8 @@ JUMP_BACK = from_seconds(1.0)
 
 _EVERY_TICK = JumpThreshold(min_forward=Duration(nanoseconds=1),
                             min_backward=Duration(nanoseconds=-1))
-# How long the publishers of a clock that steps back are not looked up again.
-_LOOK_AGAIN_S = 1.0
+# So many steps back in so many seconds are more than a restart, or a message out of order.
+_TO_AND_FRO, _TO_AND_FRO_S = 3, 5.0
 _FEW_ENDS = 64
 
 
@@ -52,8 +51,36 @@ class ClockSource(NamedTuple):
     publishers: Callable[[], Sequence[str]] = list
 
 
+class _Followed:
+    """
+    A clock while it is in use.
+
+    :ivar newest: the newest time that it has shown, nanoseconds.
+    """
+
+    def __init__(self, source: ClockSource) -> None:
+        self.source = source
+        self.newest = self.now() or 0
+
+    def now(self) -> int | None:
+        """Return the simulated time; None: it is not simulated, or its context has ended."""
+        clock = self.source.clock
+        if not _is_simulated(clock):
+            return None
+        # After its context has ended, the clock would never advance.
+        return None if self.has_ended() else clock.now().nanoseconds
+
+    def has_ended(self) -> bool:
+        """Return whether its context has ended."""
+        context = self.source.context
+        return context is not None and not is_running(context)
+
+
 class Timed(Protocol):
     """Something that ends at a simulated time; the reference to it is weak."""
+
+    def start(self, now: int) -> None:
+        """Begin now, because the first time has been received."""
 
     def reach(self, now: int | None) -> None:
         """Take note that the time has come; None: simulated time is no longer received."""
@@ -85,14 +112,14 @@ class ClockWatch:
         self._jump_back = max(jump_back, 1)
         self._lock = fork_locks.lock()
         self._sources: list[ClockSource] = []
-        self._source: ClockSource | None = None
+        self._followed: _Followed | None = None
         self._handles: list[JumpHandle] = []
         # A clock has only a raw pointer to its jump handle, which ends with this object.
         weakref.finalize(self, _unregister, self._handles).atexit = False
         self._sleepers: dict[Callable[[], None], None] = {}
         self._ends = _Ends()
-        self._newest = 0
-        self._look_at = -math.inf
+        # When the clock stepped back lately, by the monotonic clock; None: no longer of interest.
+        self._steps_back: list[float] | None = []
         self.simulated = False
         """Whether the time comes from ``/clock`` and not from the system."""
         self.released = 0
@@ -120,19 +147,15 @@ class ClockWatch:
     @property
     def clock(self) -> Clock | None:
         """Return the clock in use; None if there is none."""
-        return None if self._source is None else self._source.clock
+        return None if self._followed is None else self._followed.source.clock
 
     def simulated_now(self) -> int | None:
         """Return the simulated time in nanoseconds; None when time is not simulated."""
-        source = self._source
-        if source is None or not _is_simulated(source.clock):
-            return None
-        # After its context has ended, the clock would never advance.
-        return None if _has_ended(source) else source.clock.now().nanoseconds
+        return None if self._followed is None else self._followed.now()
 
     def has_ended(self) -> bool:
         """Return whether the clock in use has left, or has ended with its context."""
-        return self._source is None or _has_ended(self._source)
+        return self._followed is None or self._followed.has_ended()
 
     # --- waits
 
@@ -179,53 +202,59 @@ class ClockWatch:
     def _attend(self) -> None:
         """Use the newest clock, and receive jumps from that one only."""
         _unregister(self._handles)
-        self._source = self._sources[-1] if self._sources else None
-        clock = self.clock
-        self.simulated = _is_simulated(clock)
-        if clock is not None:
-            self._handles.append(clock.create_jump_callback(
-                _EVERY_TICK, post_callback=_weakly(self._on_tick)))
-        now = self.simulated_now()
-        self._newest = now or 0
-        self._ends.reach(now)
+        followed = self._followed = _Followed(self._sources[-1]) if self._sources else None
+        self.simulated = _is_simulated(self.clock)
+        if followed is not None:
+            self._handles.append(followed.source.clock.create_jump_callback(
+                _EVERY_TICK, post_callback=_weakly(self._on_tick, followed)))
+        self._ends.reach(self.simulated_now())
 
-    def _on_tick(self, jump: TimeJump) -> None:
+    def _on_tick(self, jump: TimeJump, followed: _Followed) -> None:
+        if followed is not self._followed:
+            return  # Another thread has just replaced it.
         changed = jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE
         if changed:
-            # Another thread may be replacing this clock.
             with self._lock:
                 self.simulated = _is_simulated(self.clock)
-        now = self.simulated_now()
+        now = followed.now()
         try:
             if changed:
-                self._newest = now or 0
+                followed.newest = now or 0
                 self._on_jump_back(jump)
             elif now is not None:
-                self._compare(now, jump)
+                self._compare(now, followed, jump)
         finally:
             self._ends.reach(now)
+            if jump.delta.nanoseconds < 0 and not changed:
+                self._name_publishers(followed.source, -jump.delta.nanoseconds)
 
-    def _compare(self, now: int, jump: TimeJump) -> None:
+    def _compare(self, now: int, followed: _Followed, jump: TimeJump) -> None:
         """Compare the time with the newest one that the clock has shown."""
-        back = self._newest - now
-        if jump.delta.nanoseconds < 0:
-            self._name_publishers(-jump.delta.nanoseconds)
+        back = followed.newest - now
         if back < self._jump_back:
-            self._newest = max(self._newest, now)
+            followed.newest = max(followed.newest, now)
         else:
-            self._newest = now
+            followed.newest = now
             self._on_jump_back(TimeJump(jump.clock_change, Duration(nanoseconds=-back)))
 
-    def _name_publishers(self, back: int) -> None:
-        """Log once which nodes publish the time, if there are several."""
-        source, wall_now = self._source, time.monotonic()
-        if source is None or wall_now < self._look_at:
+    def _name_publishers(self, source: ClockSource, back: int) -> None:
+        """
+        Log once which nodes publish the time, if there are several and it goes to and fro.
+
+        A simulation that is restarted steps back once, and stays in the graph for a while.
+        """
+        wall_now = time.monotonic()
+        if self._steps_back is None:
             return
-        self._look_at = wall_now + _LOOK_AGAIN_S
+        self._steps_back = [each for each in self._steps_back
+                            if each > wall_now - _TO_AND_FRO_S] + [wall_now]
+        if len(self._steps_back) < _TO_AND_FRO:
+            return
+        self._steps_back = []
         # A node that was restarted stays in the graph for a while, under the same name.
         names = sorted(set(source.publishers()))
         if len(names) > 1:
-            self._look_at = math.inf
+            self._steps_back = None
             _warn(f'/clock went back by {format_span(back)}, and {len(names)} nodes publish it: '
                   f'{listed(names)}. Time goes to and fro between them: stop all but one')
 
@@ -242,6 +271,8 @@ class _Ends:
         # Re-entrant, because a garbage collection may run a user's finalizer in here.
         self._lock = fork_locks.rlock()
         self._heap: list[tuple[int, int, weakref.ref[Timed]]] = []
+        # The waits that have begun before the first time was received, with their timeouts.
+        self._not_started: list[tuple[int, weakref.ref[Timed]]] = []
         self._numbers = itertools.count()
         self._most = _FEW_ENDS
 
@@ -249,22 +280,43 @@ class _Ends:
         with self._lock:
             begin = now()
             if begin is not None and timeout is not None:
-                if len(self._heap) >= self._most:
+                if len(self._heap) + len(self._not_started) >= self._most:
                     self._remove_dead()
-                heapq.heappush(
-                    self._heap, (begin + timeout, next(self._numbers), weakref.ref(timed)))
+                reference = weakref.ref(timed)
+                if begin > 0:
+                    self._push(begin + timeout, reference)
+                else:
+                    self._not_started.append((timeout, reference))
             return begin
+
+    def _push(self, end: int, reference: 'weakref.ref[Timed]') -> None:
+        heapq.heappush(self._heap, (end, next(self._numbers), reference))
 
     def _remove_dead(self) -> None:
         """Remove waits that were answered long before their end, in O(1) amortised."""
         self._heap = [entry for entry in self._heap if entry[2]() is not None]
         heapq.heapify(self._heap)
-        self._most = max(2 * len(self._heap), _FEW_ENDS)
+        self._not_started = [entry for entry in self._not_started if entry[1]() is not None]
+        self._most = max(2 * (len(self._heap) + len(self._not_started)), _FEW_ENDS)
+
+    def _start(self, now: int) -> None:
+        """Begin the waits that have begun before the first time was received."""
+        for timeout, reference in self._not_started:
+            timed = reference()
+            if timed is not None:
+                timed.start(now)
+                self._push(now + timeout, reference)
+        self._not_started = []
 
     def reach(self, now: int | None) -> None:
         """Notify the waits that end at a time or before; None: all of them."""
         due = []
         with self._lock:
+            if now is None:
+                due += [reference for _, reference in self._not_started]
+                self._not_started = []
+            elif now > 0 and self._not_started:
+                self._start(now)
             while self._heap and (now is None or self._heap[0][0] <= now):
                 due.append(heapq.heappop(self._heap)[2])
         for reference in due:
@@ -281,22 +333,19 @@ def _is_simulated(clock: Clock | None) -> bool:
     return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
 
-def _has_ended(source: ClockSource) -> bool:
-    return source.context is not None and not is_running(source.context)
-
-
 def _unregister(handles: list[JumpHandle]) -> None:
     while handles:
         handles.pop().unregister()
 
 
-def _weakly(method: Callable[[TimeJump], None]) -> Callable[[TimeJump], None]:
-    """Return a method as a function that does not keep its object alive."""
+def _weakly(method: Callable[[TimeJump, _Followed], None],
+            followed: _Followed) -> Callable[[TimeJump], None]:
+    """Return a method as a function of a jump that does not keep its object alive."""
     reference = weakref.WeakMethod(method)
 
     def call(jump: TimeJump) -> None:
         alive = reference()
         if alive is not None:
-            alive(jump)
+            alive(jump, followed)
 
     return call

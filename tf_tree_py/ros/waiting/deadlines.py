@@ -54,6 +54,10 @@ class ClockDeadline:
             wall_s = None if timeout is None else as_seconds(timeout)
         self._wall_end = math.inf if wall_s is None else self._wall_begin + wall_s
 
+    def start(self, now: int) -> None:
+        """Begin now: before that, no time had been received."""
+        self._begin = now
+
     def reach(self, now: int | None) -> None:
         """End, because the clock has reached the end, or is no longer received (None)."""
         self._now = now
