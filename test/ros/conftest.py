@@ -17,7 +17,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 from ros_helpers import move, PATIENCE_S, SIM_TIME, SimClock, Talker, until
 from tf_tree_py import Buffer, TransformListener
-from tf_tree_py.ros.threads.receiver import Receiver, Responses
+from tf_tree_py.ros.threads.receiver import Receiver
+from tf_tree_py.ros.threads.responses import Responses
 
 
 @pytest.fixture(autouse=True)

@@ -31,7 +31,7 @@ from unique_identifier_msgs.msg import UUID
 from .lookup_call import Action, Event, Goals, LookupCall, State, UNACCEPTED, WANTED
 from .lookup_goal import service_qos
 from ..threads.internal_node import internal_node, is_running
-from ..threads.receiver import Responses
+from ..threads.responses import Responses
 
 # The errors of rclpy when a node has been destroyed, or its context has ended.
 GONE = InvalidHandle, RCLError
