@@ -11,7 +11,7 @@ import threading
 import weakref
 
 import pytest
-from rclpy.clock import Clock, ROSClock
+from rclpy.clock import Clock, ClockChange, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
 from ros_helpers import at, lasting, LATEST, PATIENCE_S, transform, until
 from tf_tree_py import Buffer, TransformException
@@ -171,6 +171,16 @@ def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
     assert watch.simulated_now() is None
     show(first, 0.1)
     assert len(jumps) == 1
+
+
+def test_tick_of_a_clock_that_another_thread_has_just_replaced_is_no_jump_back(watch, jumps):
+    first = sim_clock(100.0)
+    watch.use_clock(ClockSource(first))
+    replaced = watch._followed
+    watch.use_clock(ClockSource(sim_clock(0.0)))
+    show(first, 10.0)
+    watch._on_tick(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, lasting(-90.0)), replaced)
+    assert jumps == []
 
 
 def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep):

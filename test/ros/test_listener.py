@@ -11,6 +11,7 @@ import pytest
 import rclpy
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
+from rclpy.event_handler import UnsupportedEventTypeError
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -30,6 +31,7 @@ from ros_helpers import (
 )
 from tf2_msgs.msg import TFMessage
 import tf_tree_py as tf
+from tf_tree_py.ros.topics import listener as listener_topics
 
 MAP_BASE = TFMessage(transforms=[transform('map', 'base')])
 EITHER_THREAD = pytest.mark.parametrize('spin_thread', [True, False])
@@ -299,6 +301,20 @@ def test_listener_whose_node_is_destroyed_hears_no_more_and_ends(
         asked.result(PATIENCE_S)
     until(lambda: len(receivers()) == 1)
     assert buffer.statistics().accepted == 1
+
+
+def test_middleware_that_does_not_report_who_leaves_has_listeners_too(
+        node, listen, talker, monkeypatch):
+    mismatches = listener_topics.mismatches
+
+    def without_matched(topic, log, on_left=None):
+        if on_left is not None:
+            raise UnsupportedEventTypeError('matched')
+        return mismatches(topic, log)
+
+    monkeypatch.setattr(listener_topics, 'mismatches', without_matched)
+    buffer = listen(node)
+    talker.move(transform('map', 'base', 1.0), into=buffer)
 
 
 def test_threads_may_make_and_close_listeners_at_once(node, pool):
