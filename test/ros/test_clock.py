@@ -15,7 +15,7 @@ from rclpy.clock import Clock, ClockChange, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
 from ros_helpers import at, lasting, LATEST, PATIENCE_S, transform, until
 from tf_tree_py import Buffer, TransformException
-from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
+from tf_tree_py.ros.waiting.clock import _Followed, ClockSource, ClockWatch
 from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
 SECOND = 1_000_000_000
@@ -181,6 +181,28 @@ def test_tick_of_a_clock_that_another_thread_has_just_replaced_is_no_jump_back(w
     show(first, 10.0)
     watch._on_tick(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, lasting(-90.0)), replaced)
     assert jumps == []
+
+
+class LeftMeanwhile(ClockWatch):
+    """A watch whose clock leaves, in another thread, each time just after it was read."""
+
+    @property
+    def _followed(self):
+        followed, self.followed = self.followed, None
+        return followed
+
+    @_followed.setter
+    def _followed(self, followed):
+        self.followed = followed
+
+
+@pytest.mark.parametrize(('ask', 'expected'), [
+    (ClockWatch.simulated_now, 10 * SECOND), (ClockWatch.has_ended, False),
+    (lambda watch: watch.clock.now().nanoseconds, 10 * SECOND)])
+def test_clock_that_leaves_while_it_is_read_is_no_error(ask, expected):
+    watch = LeftMeanwhile(lambda jump: None)
+    watch.followed = _Followed(ClockSource(sim_clock(10.0)))
+    assert ask(watch) == expected
 
 
 def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep):

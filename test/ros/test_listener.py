@@ -315,6 +315,7 @@ def test_middleware_that_does_not_report_who_leaves_has_listeners_too(
     monkeypatch.setattr(listener_topics, 'mismatches', without_matched)
     buffer = listen(node)
     talker.move(transform('map', 'base', 1.0), into=buffer)
+    assert buffer.can_transform('map', 'base', at(1.0))
 
 
 def test_threads_may_make_and_close_listeners_at_once(node, pool):

@@ -4,7 +4,8 @@
 """
 Climbing from a frame to the frames above it: at a stamp, now, or over a time interval.
 
-Also the edges that were cleared, for errors of lookups that fail because of that.
+``Cleared`` notes which edges a tree had before it was cleared, so that the errors of later
+lookups can name the reason.
 
 The climbs are pure functions of the histories of a tree. A frame has a parent at a stamp if its
 samples include that stamp in their span; otherwise the climb ends at it as at a root, as in

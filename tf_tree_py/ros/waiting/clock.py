@@ -147,15 +147,18 @@ class ClockWatch:
     @property
     def clock(self) -> Clock | None:
         """Return the clock in use; None if there is none."""
-        return None if self._followed is None else self._followed.source.clock
+        followed = self._followed  # read once: another thread may replace it
+        return None if followed is None else followed.source.clock
 
     def simulated_now(self) -> int | None:
         """Return the simulated time in nanoseconds; None when time is not simulated."""
-        return None if self._followed is None else self._followed.now()
+        followed = self._followed
+        return None if followed is None else followed.now()
 
     def has_ended(self) -> bool:
         """Return whether the clock in use has left, or has ended with its context."""
-        return self._followed is None or self._followed.has_ended()
+        followed = self._followed
+        return followed is None or followed.has_ended()
 
     # --- waits
 
@@ -293,7 +296,7 @@ class _Ends:
         heapq.heappush(self._heap, (end, next(self._numbers), reference))
 
     def _remove_dead(self) -> None:
-        """Remove waits that were answered long before their end, in O(1) amortised."""
+        """Remove waits that were answered before their end; O(1) for each wait, amortised."""
         self._heap = [entry for entry in self._heap if entry[2]() is not None]
         heapq.heapify(self._heap)
         self._not_started = [entry for entry in self._not_started if entry[1]() is not None]
