@@ -21,7 +21,7 @@ from tf_tree_py.beyond.uncertainty.insertion import UncertainBuffer
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER
-from tf_tree_py.core.tree.frozen import read_tree
+from tf_tree_py.core.tree.files import load_file
 from tf_tree_py.core.tree.queries import PlainSnapshot
 from tf_tree_py.core.tree.tree import Tree
 
@@ -126,7 +126,7 @@ def load(path: str | os.PathLike[str], *, verify: bool = False) -> Snapshot:
     :param verify: whether to read the whole file first, and compare it with the checksum that
         ``save`` wrote. Without it, a changed bit in a sample gives a wrong number. The checksum
         detects accidental changes only; a deliberate change can include the checksum.
-    :raises TreeFileError: the file cannot be read, is not a frozen tree, or is incomplete; or,
+    :raises TreeFileError: the file cannot be read, is not a saved tree, or is incomplete; or,
         with ``verify``, it has changed since it was written, or has no checksum.
     """
-    return Snapshot(read_tree(path, verify=verify))
+    return Snapshot(load_file(path, verify=verify))

@@ -36,24 +36,19 @@ class Notes(Companion):
     def structure_changed(self):
         self.changes += 1
 
-    def frozen(self, arrays):
+    def save(self, arrays):
         return self.by_child
 
     @classmethod
-    def thawed(cls, stored):
+    def load(cls, saved):
         twin = cls()
-        part = stored.part(cls.key)
+        part = saved.part(cls.key)
         twin.by_child = {name: part.one(name, str) for name in part.names()}
         return twin
 
 
 class Cache(Companion):
     """A companion that uses none of the tree's events."""
-
-
-@pytest.fixture
-def storable(monkeypatch):
-    monkeypatch.setitem(COMPANIONS, Notes.key, Notes)
 
 
 @pytest.fixture
@@ -100,13 +95,11 @@ def test_companion_is_notified_when_an_edge_is_new_and_not_of_each_sample(buffer
     assert notes_of(buffer).changes > before
 
 
-@pytest.mark.usefixtures('storable')
 def test_file_contains_it(buffer, tmp_path):
     buffer.save(tmp_path / 'run.tftree')
     assert notes_of(load(tmp_path / 'run.tftree')).by_child == {'odom': 'slips', 'lidar': 'new'}
 
 
-@pytest.mark.usefixtures('storable')
 def test_file_does_not_contain_an_empty_one(buffer, tmp_path):
     notes_of(buffer).by_child.clear()
     buffer._tree.companion_or_new(Cache)

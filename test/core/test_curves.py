@@ -50,7 +50,7 @@ class KnownOrbit(Orbit):
     def twists(self, stamps):
         return np.tile([0.0, 6.0, 0.0, 0.0, 0.0, 2.0], (len(stamps), 1))
 
-    def frozen(self):
+    def saved_as(self):
         first = Pose._make(self.poses(np.array([self.oldest]))[0].tolist())
         return ConstantTwist(self.oldest, self.latest, first, (0.0, 6.0, 0.0, 0.0, 0.0, 2.0))
 
@@ -142,17 +142,17 @@ def test_files_and_pickles_have_what_stands_for_the_curve(tmp_path):
         assert (*twist.linear, *twist.angular) == pytest.approx((1, 2, 3, 0.1, 0.2, 0.3))
 
 
-@pytest.mark.parametrize('frozen', [
+@pytest.mark.parametrize('saved_as', [
     None, lambda: None, lambda: SimpleNamespace(oldest=BEGIN, latest=END, poses=Orbit().poses)])
-def test_what_files_do_not_have_says_what_to_do(tmp_path, frozen):
+def test_what_files_do_not_have_says_what_to_do(tmp_path, saved_as):
     curve = SimpleNamespace(oldest=BEGIN, latest=END, poses=Orbit().poses)
-    if frozen is not None:
-        curve.frozen = frozen
+    if saved_as is not None:
+        curve.saved_as = saved_as
     buffer = BufferCore()
     buffer.insert_curve('odom', 'base', curve)
     for write in (lambda: buffer.save(tmp_path / 'no.tftree'),
                   lambda: pickle.dumps(buffer.snapshot())):
-        with pytest.raises(TreeFileError, match=r"above 'base' cannot be frozen.*frozen\(\)"):
+        with pytest.raises(TreeFileError, match=r"above 'base' cannot be saved.*saved_as\(\)"):
             write()
     assert not list(tmp_path.iterdir())
 

@@ -16,18 +16,21 @@ from tf_tree_py import BufferCore, ConstantTwist, core, Spline
 from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.beyond.corrections.corrected import with_corrections
 from tf_tree_py.beyond.corrections.correction import Correction
-from tf_tree_py.beyond.curves.aided import AidedHistory
+from tf_tree_py.beyond.curves.aided import aided
 from tf_tree_py.beyond.curves.curve import GivenCurve
 from tf_tree_py.beyond.curves.curve_history import CurveHistory
 from tf_tree_py.core import ExtrapolationException, Pose, TreeFileError
-from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory, StaticHistory
-from tf_tree_py.core.edges.protocol import HeldTrack, moves
-from tf_tree_py.core.edges.storage import Arrays, Stored
+from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR, Linear
+from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.saving import Arrays, Saved
+from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
-from tf_tree_py.core.tree.frozen import frozen, KINDS, thawed
+from tf_tree_py.core.tree.files import HISTORIES, load_history, save_history
 
 WINDOW = 40
+HOLD = 7
 STAMPS = st.integers(0, 60)
 
 
@@ -35,48 +38,75 @@ def pose_number(number):
     return (float(number), 0.5 * number, -float(number), *so3.from_rpy(0.0, 0.1, 0.01 * number))
 
 
-# --- a kind from outside: it accelerates after each sample, and decelerates before the next
+# --- interpolations from outside
 
 
 def eased(ratio):
     return ratio * ratio * (3.0 - 2.0 * ratio)
 
 
-class EasedTrack(HeldTrack):
+class Eased(Interpolation):
+    """Accelerates after each sample, and decelerates before the next; it has no name in files."""
 
-    def at(self, stamps, since=None):
-        before = self._before(stamps)
-        after = np.minimum(before + 1, len(self.knots) - 1)
-        length = np.maximum(self.knots[after] - self.knots[before], 1)
-        elapsed = stamps - self.knots[before] + (0.0 if since is None else since)
-        return se3.interpolate_many(
-            self._poses.T[before], self._poses.T[after], eased(elapsed / length)).T
-
-    def motion(self, knots):
-        return np.inf, np.inf
+    def between(self, samples, index, stamp):
+        begin, end = samples.stamps[index:index + 2]
+        return se3.interpolate(
+            samples.pose(index), samples.pose(index + 1), eased((stamp - begin) / (end - begin)))
 
 
-class EasedHistory(DynamicHistory):
-    __slots__ = ()
+class Step(Interpolation):
+    """Each sample is valid until the next."""
 
-    def sample(self, stamp):
-        straight = super().sample(stamp)
-        index = self._index_at(stamp)
-        stamps, poses = self.copy_between(stamp, stamp)
-        if index == len(self._stamps) - 1 or self._parents or stamps[0] == stamp:
-            return straight
-        ratio = eased((stamp - stamps[0]) / (stamps[1] - stamps[0]))
-        return se3.interpolate(tuple(poses[0]), tuple(poses[1]), ratio)
+    name = 'step of a test'
 
-    def track(self, first, last):
-        return EasedTrack(*self.copy_between(first, last))
+    def between(self, samples, index, stamp):
+        return samples.pose(index)
+
+
+class HoldNewest(Linear):
+    """The newest sample stays valid for a while."""
+
+    name = 'hold newest of a test'
+
+    def __init__(self, holds_for=HOLD):
+        self.holds_for = holds_for
+
+    def save(self, arrays):
+        return {'holds_for': self.holds_for}
+
+    @classmethod
+    def load(cls, saved):
+        return cls(saved.whole('holds_for'))
+
+
+def sampled(interpolation=LINEAR):
+    return Samples('child', WINDOW, interpolation=interpolation)
+
+
+def stepping():
+    return sampled(Step())
+
+
+def easing():
+    return sampled(Eased())
+
+
+def holding():
+    return sampled(HoldNewest())
 
 
 def aided_by_a_gyroscope():
     """Return a history whose child rotated back and forth between its poses."""
-    history = AidedHistory('child', WINDOW)
+    history, gyroscope = aided(None, 'child', WINDOW)
     stamps = np.arange(10, 50)
-    history.gyro.extend(stamps, 1e8 * np.stack([np.sin(stamps), 0 * stamps, 0.1 + 0 * stamps], 1))
+    gyroscope.take_rates(stamps, 1e8 * np.stack([np.sin(stamps), 0 * stamps, 0.1 + 0 * stamps], 1),
+                         None, math.inf)
+    return history
+
+
+def aided_and_holding():
+    history = aided_by_a_gyroscope()
+    history.interpolate_by(history.interpolation.followed_by(HoldNewest()))
     return history
 
 
@@ -90,11 +120,15 @@ def blending(history):
 
 
 def corrected():
-    return blending(DynamicHistory('child', WINDOW))
+    return blending(sampled())
 
 
 def aided_and_corrected():
     return blending(aided_by_a_gyroscope())
+
+
+def all_at_once():
+    return blending(aided_and_holding())
 
 
 def static():
@@ -126,15 +160,10 @@ def on_a_function():
 CURVES = {on_a_spline: spline_over, on_a_function: function_over}
 
 
-MOVING = (DynamicHistory, HeldHistory, EasedHistory)
-BEGINNINGS = (static, *(lambda kind=kind: kind('child', WINDOW) for kind in MOVING),
-              aided_by_a_gyroscope, corrected, aided_and_corrected,
-              *CURVES)
-
-
-every_kind = pytest.mark.parametrize(
-    'begin', BEGINNINGS, ids=['static', 'interpolated', 'held', 'eased', 'aided', 'corrected',
-                              'aided and corrected', 'spline', 'function'])
+HOLDING = (holding, aided_and_holding, all_at_once)
+BEGINNINGS = (static, sampled, stepping, easing, aided_by_a_gyroscope, corrected,
+              aided_and_corrected, *HOLDING, *CURVES)
+every_kind = pytest.mark.parametrize('begin', BEGINNINGS)
 
 
 def history_of(begin, stamps, parents=('parent',)):
@@ -167,10 +196,10 @@ def test_there_is_a_parent_where_there_is_a_pose(begin, stamps, parents, stamp):
     history = history_of(begin, stamps, parents)
     parent = history.parent_at(stamp)
     assert (pose_at(history, stamp) is None) == (parent is None)
-    holding = [name for name, since, until in history.parents_between(BEGINNING, FOREVER)
+    parents_then = [name for name, since, until in history.parents_between(BEGINNING, FOREVER)
                if since <= stamp < until]
     if parent is not None:
-        assert holding == [parent]
+        assert parents_then == [parent]
         assert parent in history.possible_parents(stamp)
         assert history.has_named(parent)
 
@@ -233,28 +262,29 @@ def test_copy_is_one_of_its_own(begin):
 
 @every_kind
 @given(stamps=st.lists(STAMPS, max_size=12), parents=some_parents, ended=st.booleans())
-def test_kind_is_frozen_and_thawed_to_the_bit_or_says_that_it_cannot_be(
+def test_kind_is_saved_to_the_bit_or_says_that_it_cannot_be(
         begin, stamps, parents, ended):
     history = history_of(begin, stamps, parents) if stamps else begin()
     history.authority = 'somebody'
     if ended and moves(history):
         history.end()
     arrays = Arrays()
-    if type(history) is EasedHistory:
-        with pytest.raises(TreeFileError, match="above 'child' cannot be frozen: it is a Eased"):
-            frozen(history, arrays)
+    if begin is easing:
+        with pytest.raises(TreeFileError, match="above 'child' cannot be saved: its interpola"
+                           "tion Eased needs a name for files, such as name = 'my policy'"):
+            save_history(history, arrays)
         return
-    facts = json.loads(json.dumps(frozen(history, arrays)))
-    stored = Stored(facts, memoryview(b''.join(arrays.parts)), WINDOW)
-    twin = thawed(stored)
-    stored.check_used_up()
+    facts = json.loads(json.dumps(save_history(history, arrays)))
+    saved = Saved(facts, memoryview(b''.join(arrays.parts)), WINDOW)
+    twin = load_history(saved)
+    saved.check_used_up()
     assert type(twin) is type(history)
     for other in (twin, twin.copy()):
         assert said_by(other) == said_by(history)
 
 
-def test_all_kinds_that_can_be_frozen_are_tried():
-    assert {type(begin()) for begin in BEGINNINGS} == {*KINDS.values(), EasedHistory}
+def test_all_classes_that_can_be_saved_are_tried():
+    assert {type(begin()) for begin in BEGINNINGS} == {*HISTORIES.values()}
 
 
 def said_by(history):
@@ -264,7 +294,8 @@ def said_by(history):
         ends = history.oldest_stamp, history.latest_stamp
         track = history.track(*ends).at(np.clip(np.arange(70), *ends)).tobytes()
     return (history.child, history.parent, history.authority, len(history),
-            history.oldest_stamp, history.latest_stamp, [pose_at(history, at) for at in asked],
+            history.oldest_stamp, history.newest_stamp, history.latest_stamp,
+            [pose_at(history, at) for at in asked],
             [history.parent_at(at) for at in asked], [history.next_stamp(at) for at in asked],
             list(history.parents_between(BEGINNING, FOREVER)), track)
 
@@ -316,11 +347,11 @@ def test_only_what_moves_is_cleared(begin):
     assert not moves(None)
 
 
-# --- a sample that holds until the next
+# --- a sample that is valid until the next
 
 
-def test_held_sample_holds_until_the_next():
-    history = history_of(lambda: HeldHistory('child', WINDOW), [10, 20, 20, 30])
+def test_step_keeps_each_sample_until_the_next():
+    history = history_of(stepping, [10, 20, 20, 30])
     assert [history.sample(stamp)[0] for stamp in (10, 19, 20, 29, 30)] == [0, 0, 2, 2, 3]
     for stamp in (9, 31):
         with pytest.raises(ExtrapolationException):
@@ -339,8 +370,8 @@ def mixed_tree():
     """Return a buffer with an edge of each kind, one below the other."""
     buffer = BufferCore(cache_time=10**9)
     frames = ['map', 'jumping', 'eased', 'bent', 'moving', 'sensor']
-    buffer._tree.histories |= {
-        'jumping': HeldHistory('jumping', 10**9), 'eased': EasedHistory('eased', 10**9)}
+    buffer.set_interpolation('jumping', Step())
+    buffer.set_interpolation('eased', Eased())
     for number, (parent, child) in enumerate(zip(frames, frames[1:], strict=False)):
         stamps = range(number, 2_000_000, 50_000 + number)
         poses = [Pose.from_rotation_vector((0.0, 0.02 * number, 1e-7 * stamp),
@@ -380,7 +411,7 @@ def test_snapshot_keeps_the_kinds():
 
 def test_tree_asks_for_no_kind():
     """The tree uses only methods of an edge, so a new kind needs no change of the tree."""
-    kinds = {'StaticHistory', 'AidedHistory', 'CurveHistory', *(kind.__name__ for kind in MOVING)}
+    kinds = {kind.__name__ for kind in HISTORIES.values()}
     asked = [(path.name, ast.unparse(node))
              for path in (Path(core.__file__).parent / 'tree').glob('*.py')
              for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)

@@ -16,7 +16,8 @@ from tf_tree_py.core import (
     NoDataException,
     PastExtrapolationException,
 )
-from tf_tree_py.core.edges.histories import DynamicHistory, StaticHistory
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3, so3
 
 SECOND = 1_000_000_000
@@ -79,7 +80,7 @@ class HistoryMachine(RuleBasedStateMachine):
 
     @initialize(cache_time=st.integers(0, 60))
     def begin(self, cache_time):
-        self.history = DynamicHistory('child', cache_time)
+        self.history = Samples('child', cache_time)
         self.naive = NaiveHistory(cache_time)
         self.count = 0
 
@@ -187,7 +188,7 @@ TestHistoryIsTheNaiveList.settings = examples(1, stateful_step_count=25)
 
 
 def history_of(*samples, cache_time=10 * SECOND):
-    history = DynamicHistory('child', cache_time)
+    history = Samples('child', cache_time)
     for sample in samples:
         stamp, number, *parent = sample
         assert history.insert(stamp, *(parent or ['parent']), pose_number(number))
@@ -237,7 +238,7 @@ def test_one_sample_answers_only_at_its_own_stamp():
 
 
 def test_empty_history_has_no_data():
-    history = DynamicHistory('child', SECOND)
+    history = Samples('child', SECOND)
     for stamp in (0, 1, -1):
         with pytest.raises(NoDataException):
             history.sample(stamp)
@@ -369,7 +370,7 @@ def test_stamp_zero_is_a_time():
 
 
 def test_interpolation_takes_the_short_way_whatever_the_signs():
-    history = DynamicHistory('child', SECOND)
+    history = Samples('child', SECOND)
     quarter = so3.from_rpy(0.0, 0.0, math.pi / 2)
     history.insert(0, 'parent', se3.IDENTITY)
     history.insert(10, 'parent', (0.0, 0.0, 0.0, *(-value for value in quarter)))
@@ -385,7 +386,7 @@ def test_appending_packed_floats_is_inserting():
 
 def test_append_leaves_other_cases_alone():
     packed = np.array(pose_number(5)).tobytes()
-    for history in (DynamicHistory('child', SECOND), history_of((10, 1, 'a'), (20, 2, 'b')),
+    for history in (Samples('child', SECOND), history_of((10, 1, 'a'), (20, 2, 'b')),
                     StaticHistory('child', 'parent', se3.IDENTITY)):
         before = len(history), history.latest_stamp
         assert not history.append(30, packed)
@@ -413,7 +414,7 @@ def test_parents_that_may_still_turn_up_are_those_that_were_named():
     assert history.possible_parents(79) == set()
     with pytest.raises(PastExtrapolationException, match='longer cache_time'):
         history.sample(79)
-    assert DynamicHistory('child', 20).possible_parents(5) is None
+    assert Samples('child', 20).possible_parents(5) is None
 
 
 def test_next_turn_is_when_a_stamp_is_reached_or_leaves_the_window():
@@ -440,7 +441,7 @@ def test_sample_costs_72_bytes_and_the_slack_of_two_arrays():
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
-        history = DynamicHistory('child', count)
+        history = Samples('child', count)
         for stamp in range(4 * count):
             history.insert(stamp, 'parent', se3.IDENTITY)
         after, _ = tracemalloc.get_traced_memory()

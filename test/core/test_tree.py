@@ -18,7 +18,8 @@ from tf_tree_py.core import (
     Pose,
     TransformException,
 )
-from tf_tree_py.core.edges.histories import DynamicHistory, StaticHistory
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.static import StaticHistory
 
 SECOND = 1_000_000_000
 
@@ -106,7 +107,7 @@ def test_refused_loop_is_told_frame_by_frame_with_both_publishers():
 
 @pytest.mark.parametrize('static', [True, False])
 def test_new_frame_is_hung_below_a_long_chain_without_climbing_it(monkeypatch, static):
-    kind = StaticHistory if static else DynamicHistory
+    kind = StaticHistory if static else Samples
     climbed = []
     parents_between = kind.parents_between
     monkeypatch.setattr(kind, 'parents_between', lambda history, begin, end: (

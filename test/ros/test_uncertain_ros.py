@@ -15,6 +15,7 @@ import pytest
 from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until, until_waiting
 from sensor_msgs.msg import Imu
 from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
+from tf_tree_py.beyond.curves.aided import gyro_of
 from tf_tree_py.beyond.uncertainty.covariances import composed
 from tf_tree_py.beyond.uncertainty.insertion import take_covariance
 from tf_tree_py.core import Kind
@@ -223,8 +224,8 @@ def hear_turning(buffer, node, talker, roll, **limits):
         send(talker, '/imu', *messages)
 
         def came():
-            gyro = getattr(buffer._tree.histories['base'], 'gyro', None)
-            return gyro is not None and gyro.orientations.latest_stamp >= 2 * SECOND
+            gyro = gyro_of(buffer._tree.histories['base'])
+            return gyro is not None and gyro.orientations.newest_stamp >= 2 * SECOND
 
         until(came)
 

@@ -12,6 +12,7 @@ import sys
 from typing import Any
 
 from .buffer.plain_buffer import PlainBuffer
+from .edges.interpolation import Interpolation, Linear
 from .errors import (
     ClockJumpException,
     ConnectivityException,
@@ -44,9 +45,11 @@ __all__ = [
     'from_seconds',
     'FutureExtrapolationException',
     'Incident',
+    'Interpolation',
     'InvalidArgumentException',
     'Kind',
     'LATEST',
+    'Linear',
     'LookupException',
     'NoDataException',
     'PastExtrapolationException',

@@ -6,9 +6,8 @@ The exceptions of tf2, with their facts as attributes.
 
 The five classes of tf2_py keep tf2's names and meaning, and each can be raised with only
 a text. An error of this package also has attributes: the edge, the requested and the
-available stamps, the duration of the wait, and a hint. Its text is computed only when it is
-read. An error may have two hints: in a live buffer data may still arrive, and a recording does
-not change.
+available stamps, the duration of the wait, and a hint. Its text, and the hint, are computed only
+when they are read: most errors of repeated lookups never are. ``hints`` has the texts.
 
 If a program has imported tf2_py, an ``except`` with tf2_py's classes catches these, too.
 """
@@ -29,9 +28,12 @@ Blocker = tuple[str | None, int]
 ANY_STRUCTURE: tuple[Blocker, ...] = ((None, LATEST),)
 
 
-# A hint about an error, or a function that returns it. Computing it takes time, and the errors of
-# many repeated lookups are never read.
-Hint = str | Callable[[], str]
+Hint = str | Callable[[bool], str]
+"""
+A hint how to solve a problem: one sentence, or a function that returns it.
+
+The function is called when the hint is read. Its argument is whether data may still arrive.
+"""
 
 
 class TreeFileError(Exception):
@@ -105,13 +107,12 @@ class TransformException(JoinableException):
     latest: int | None = None
 
     def __init__(self, *arguments: object, target_frame: str | None = None,
-                 source_frame: str | None = None, hint: Hint = '', live_hint: Hint = '',
+                 source_frame: str | None = None, hint: Hint = '',
                  blocked_on: tuple[Blocker, ...] | None = None) -> None:
         """
         Take any arguments, as ``Exception`` and tf2's classes do; usually one text.
 
-        :param hint: how to solve the problem: one sentence, or a function that returns it.
-        :param live_hint: likewise in a live buffer, if that is different; see ``in_lookup``.
+        :param hint: how to solve the problem; see ``Hint``.
         """
         join('tf2_py', _OF_TF2)
         super().__init__(*(shorten(argument) if isinstance(argument, str) else argument
@@ -119,7 +120,7 @@ class TransformException(JoinableException):
         self.target_frame = target_frame
         self.source_frame = source_frame
         self._hint = hint
-        self._live_hint = live_hint
+        self._live = False
         self.blocked_on = blocked_on
         self.waited_s: float | None = None
 
@@ -127,22 +128,20 @@ class TransformException(JoinableException):
     def hint(self) -> str:
         """Return a hint how to solve the problem: one sentence, or ''."""
         if not isinstance(self._hint, str):
-            self._hint = self._hint()
+            self._hint = self._hint(self._live)
         return self._hint
 
     @hint.setter
     def hint(self, hint: Hint) -> None:
-        self._hint, self._live_hint = hint, ''
+        self._hint = hint
 
     def in_lookup(self, target_frame: str, source_frame: str | None, live: bool) -> None:
         """
-        Add the frames of the lookup that failed, and choose the hint for its buffer.
+        Add the frames of the lookup that failed.
 
         :param live: whether data may still arrive in the buffer.
         """
-        self.target_frame, self.source_frame = target_frame, source_frame
-        if live and self._live_hint:
-            self.hint = self._live_hint
+        self.target_frame, self.source_frame, self._live = target_frame, source_frame, live
 
     def describe(self) -> str:
         """Return the problem in one sentence, without the wait and the hint."""
@@ -185,8 +184,8 @@ class ExtrapolationException(TransformException):
     def __init__(self, *arguments: object, parent: str | None = None,
                  child: str | None = None, requested: int | None = None,
                  oldest: int | None = None, latest: int | None = None, hint: Hint = '',
-                 live_hint: Hint = '', blocked_on: tuple[Blocker, ...] | None = None) -> None:
-        super().__init__(*arguments, hint=hint, live_hint=live_hint, blocked_on=blocked_on)
+                 blocked_on: tuple[Blocker, ...] | None = None) -> None:
+        super().__init__(*arguments, hint=hint, blocked_on=blocked_on)
         self.parent = parent
         self.child = child
         self.requested = requested

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
-from tf_tree_py.core.edges.storage import Arrays, Stored
+from tf_tree_py.core.edges.saving import Arrays, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
@@ -24,12 +24,12 @@ from tf_tree_py.core.geometry.so3 import Vector3
 from tf_tree_py.core.messages.sample import checked_frame
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamp
-from tf_tree_py.core.tree.companions import Companion, storable
+from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.core.tree.tree import Tree
 
 from .blend import BlendLimits
-from .corrected import corrected, CorrectedHistory
+from .corrected import corrected, CorrectedSamples
 from .stage import ORIGIN, Stage
 
 
@@ -49,7 +49,6 @@ class Transition(NamedTuple):
     motion: Pose
 
 
-@storable
 class Transitions(Companion):
     """
     The number of transitions of all edges to another correction or source.
@@ -66,22 +65,22 @@ class Transitions(Companion):
         """Return a copy."""
         return Transitions(self.count)
 
-    def frozen(self, arrays: Arrays) -> int:
+    def save(self, arrays: Arrays) -> int:
         """Return the number."""
         return self.count
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Transitions':
-        """Return the frozen number."""
-        return cls(stored.whole(cls.key))
+    def load(cls, saved: Saved) -> 'Transitions':
+        """Return the saved number."""
+        return cls(saved.whole(cls.key))
 
 
 def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
            about: Vector3, limits: BlendLimits) -> Transition:
     """Start the transition of an edge to a correction; see ``BufferCore.correct``."""
     history = corrected(tree.histories.get(child), child)
-    if seen_at is not None and history.latest_stamp is not None:
-        _check_seen(seen_at, history.latest_stamp)
+    if seen_at is not None and history.newest_stamp is not None:
+        _check_seen(seen_at, history.newest_stamp)
     tree.replace(history)
     before = history.stage()
     stage = history.absorb(motion, seen_at, about, limits)
@@ -106,7 +105,7 @@ def smoothed(tree: Tree) -> Tree:
     """Return a copy of a tree with all corrections applied to the past, too."""
     twin = tree.copy()
     for history in list(twin.histories.values()):
-        if isinstance(history, CorrectedHistory):
+        if isinstance(history, CorrectedSamples):
             twin.replace(history.smoothed())
     return twin
 
@@ -114,7 +113,7 @@ def smoothed(tree: Tree) -> Tree:
 def correction_of(tree: Tree, child: str) -> Pose:
     """Return the newest correction of an edge, even in its transition; the identity if none."""
     history = tree.histories.get(child)
-    stage = history.stage() if isinstance(history, CorrectedHistory) else None
+    stage = history.stage() if isinstance(history, CorrectedSamples) else None
     return Pose._make(se3.IDENTITY if stage is None else stage.motion)
 
 

@@ -9,40 +9,40 @@ computed at any time, because the correction is stored.
 """
 
 from collections.abc import Callable, Iterator
-from typing import TypeGuard, TypeVar
 
 import numpy as np
-from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory
+from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR
 from tf_tree_py.core.edges.packed import pack_pose, unpack_pose
 from tf_tree_py.core.edges.protocol import History
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.frozen import storable
+from tf_tree_py.core.tree.files import in_files
 
 from .blend import BlendLimits
 from .correction import Correction
 from .stage import ORIGIN, Stage
-from ..curves.aided import AidedHistory
-
-_Kind = TypeVar('_Kind', bound='CorrectedHistory')
 
 
-class CorrectedHistory(DynamicHistory):
+@in_files('corrected')
+class CorrectedSamples(Samples):
     """
     Samples that corrections move; see the module docstring.
 
     :ivar corrections: the corrections by parent; the child may change its parent.
     """
 
-    # The two subclasses have the slot: with a slot here, the second could not be an AidedHistory.
-    __slots__ = ()
+    __slots__ = ('corrections',)
 
-    corrections: dict[str, Correction]
+    def __init__(self, child: str, cache_time: int, authority: str = '',
+                 interpolation: Interpolation = LINEAR) -> None:
+        super().__init__(child, cache_time, authority, interpolation)
+        self.corrections: dict[str, Correction] = {}
 
     # --- inserting
 
@@ -99,7 +99,7 @@ class CorrectedHistory(DynamicHistory):
 
     def _newest(self) -> tuple[int, PoseTuple, Correction]:
         """Return the newest stamp, the pose at that stamp, and its correction."""
-        begin, parent = self.latest_stamp, self.parent
+        begin, parent = self.newest_stamp, self.parent
         assert begin is not None and parent is not None
         correction = self.corrections.get(parent)
         if correction is None:
@@ -147,16 +147,16 @@ class CorrectedHistory(DynamicHistory):
             if named.any():
                 yield correction, named
 
-    def original(self) -> DynamicHistory:
+    def original(self) -> Samples:
         """Return the samples as received."""
         return self._with_poses(lambda correction, stamps, raw: raw)
 
-    def smoothed(self) -> DynamicHistory:
+    def smoothed(self) -> Samples:
         """Return the samples with all corrections applied to the past; see ``Measured``."""
         return self._with_poses(
             lambda correction, stamps, raw: correction.measured.smoothed(stamps, raw))
 
-    def _with_poses(self, change: Callable[[Correction, Stamps, Array], Array]) -> DynamicHistory:
+    def _with_poses(self, change: Callable[[Correction, Stamps, Array], Array]) -> Samples:
         twin = self.plain()
         if not len(self):
             return twin
@@ -170,70 +170,38 @@ class CorrectedHistory(DynamicHistory):
 
     # --- copies
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the samples in the window to arrays."""
-        return super().frozen(arrays) | {'corrections': [
-            {'parent': parent} | correction.frozen(arrays)
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the samples in the window to arrays."""
+        return super().save(arrays) | {'corrections': [
+            {'parent': parent} | correction.save(arrays)
             for parent, correction in self.corrections.items()]}
 
     @classmethod
-    def thawed(cls: type[_Kind], child: str, stored: Stored) -> _Kind:
-        """Return the frozen data; it uses the memory in place, and nothing can be added."""
-        history = super().thawed(child, stored)
-        history._begin({part.one('parent', str): Correction.thawed(part)
-                        for part in stored.parts('corrections')})
+    def load(cls, child: str, saved: Saved) -> 'CorrectedSamples':
+        """Return saved samples; they use the memory in place, and nothing can be added."""
+        history = super().load(child, saved)
+        history.corrections = {part.one('parent', str): Correction.load(part)
+                               for part in saved.parts('corrections')}
         return history
 
     def clear(self) -> None:
         """Remove all samples and corrections, because they belong to another time."""
         super().clear()
-        self._begin({})
+        self.corrections = {}
 
-    def _begin(self, corrections: dict[str, Correction]) -> None:
-        self.corrections = corrections  # type: ignore[misc]  # a slot of the subclasses
-
-    def copy(self: _Kind) -> _Kind:
+    def copy(self) -> 'CorrectedSamples':
         """Return an independent history with the same samples."""
         twin = super().copy()
-        twin._begin({parent: each.copy() for parent, each in self.corrections.items()})
+        twin.corrections = {parent: each.copy() for parent, each in self.corrections.items()}
         return twin
 
-    def plain(self) -> DynamicHistory:
+    def plain(self) -> Samples:
         """Return an independent history with the same samples, which absorbs no corrections."""
-        return self.copied_into(DynamicHistory(self.child, self.cache_time, self.authority))
+        return self.copied_into(Samples(
+            self.child, self.cache_time, self.authority, self.interpolation.copy()))
 
 
-@storable('corrected')
-class CorrectedSamples(CorrectedHistory):
-    """Samples that corrections move, with interpolation between them."""
-
-    __slots__ = ('corrections',)
-
-    def aided(self) -> 'CorrectedAidedSamples':
-        """Return these samples with a gyroscope, which has no samples yet."""
-        history = self.copied_into(AidedHistory(self.child, self.cache_time, self.authority))
-        return _with_gyroscope(history, self.corrections)
-
-
-@storable('corrected and aided')
-class CorrectedAidedSamples(CorrectedHistory, AidedHistory):
-    """Samples that corrections move, with a gyroscope for the rotation between them."""
-
-    __slots__ = ('corrections',)
-
-    def plain(self) -> AidedHistory:
-        """Return an independent history with the same samples, which absorbs no corrections."""
-        twin = self.copied_into(AidedHistory(self.child, self.cache_time, self.authority))
-        twin.gyro = self.gyro.copy()
-        return twin
-
-
-def can_be_corrected(history: History | None) -> TypeGuard[DynamicHistory]:
-    """Return whether an edge has interpolated samples, which corrections can move."""
-    return isinstance(history, DynamicHistory) and not isinstance(history, HeldHistory)
-
-
-def corrected(history: History | None, child: str) -> CorrectedHistory:
+def corrected(history: History | None, child: str) -> CorrectedSamples:
     """
     Return an edge's history as one that absorbs corrections: itself, or a new one.
 
@@ -244,32 +212,20 @@ def corrected(history: History | None, child: str) -> CorrectedHistory:
         raise InvalidArgumentException(
             f'{child!r} has no edge with samples, or its edge has ended: a correction moves the '
             'samples of an edge, and begins at the newest one. Insert a sample first')
-    if isinstance(history, CorrectedHistory):
+    if isinstance(history, CorrectedSamples):
         return history
-    if not can_be_corrected(history):
+    if not isinstance(history, Samples):
         what = ('is static, and a correction would change results that were already returned'
-                if history.is_static else f'is {history.kind}, not samples')
+                if history.is_static else f'is {history.described_as}, not samples')
         raise InvalidArgumentException(
             f'The edge {history.parent} -> {child} {what}. Insert it as a moving edge, with '
             'stamps, or correct another edge between the two frames')
     return with_corrections(history, {})
 
 
-def with_corrections(history: DynamicHistory,
-                     corrections: dict[str, Correction]) -> CorrectedHistory:
+def with_corrections(history: Samples, corrections: dict[str, Correction]) -> CorrectedSamples:
     """Return a history with these samples unchanged, which moves later samples."""
-    if isinstance(history, AidedHistory):
-        return _with_gyroscope(history, corrections)
     twin = history.copied_into(CorrectedSamples(
-        history.child, history.cache_time, history.authority))
-    twin._begin(corrections)
-    return twin
-
-
-def _with_gyroscope(history: AidedHistory,
-                    corrections: dict[str, Correction]) -> CorrectedAidedSamples:
-    twin = history.copied_into(CorrectedAidedSamples(
-        history.child, history.cache_time, history.authority))
-    twin.gyro = history.gyro.copy()
-    twin._begin(corrections)
+        history.child, history.cache_time, history.authority, history.interpolation.copy()))
+    twin.corrections = corrections
     return twin

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
@@ -116,20 +116,20 @@ class Correction:
 
     # --- files
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the arrays."""
-        return self.stages.frozen(arrays) | self.measured.frozen(arrays)
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the arrays."""
+        return self.stages.save(arrays) | self.measured.save(arrays)
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Correction':
+    def load(cls, saved: Saved) -> 'Correction':
         """
-        Return the frozen correction; it takes no further corrections.
+        Return the saved correction; it takes no further corrections.
 
         :raises ValueError: the facts are not valid for a correction.
         """
         correction = cls()
-        correction.stages = Stages.thawed(stored)
-        correction.measured = Measured.thawed(stored)
+        correction.stages = Stages.load(saved)
+        correction.measured = Measured.load(saved)
         return correction
 
     def copy(self) -> 'Correction':
@@ -227,17 +227,17 @@ class Measured:
         twin._stamps, twin._motions = self._stamps[:], self._motions[:]
         return twin
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the arrays."""
         arrays.add(self._stamps)
         arrays.add(self._motions)
         return {'measured': len(self)}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Measured':
-        """Return the frozen data; it uses the memory in place, and nothing can be added."""
-        twin, count = cls(), stored.whole('measured')
+    def load(cls, saved: Saved) -> 'Measured':
+        """Return the saved data; it uses the memory in place, and nothing can be added."""
+        twin, count = cls(), saved.whole('measured')
         # Memory views are read like arrays.
-        twin._stamps = cast('array[int]', stored.integers(count))
-        twin._motions = cast('array[float]', stored.floats(_POSE_FLOATS * count))
+        twin._stamps = cast('array[int]', saved.integers(count))
+        twin._motions = cast('array[float]', saved.floats(_POSE_FLOATS * count))
         return twin

@@ -18,7 +18,7 @@ from typing import Any, cast, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
@@ -234,25 +234,25 @@ class Stages:
         twin._begins, twin._ends, twin._rows = self._begins[:], self._ends[:], self._rows[:]
         return twin
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the arrays."""
         for each in (self._begins, self._ends, self._rows):
             arrays.add(each)
         return {'stages': len(self)}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Stages':
+    def load(cls, saved: Saved) -> 'Stages':
         """
-        Return the frozen data; it uses the memory in place, and nothing can be added.
+        Return the saved data; it uses the memory in place, and nothing can be added.
 
         :raises ValueError: the arrays are not valid for stages.
         """
-        count = stored.whole('stages', 1)
+        count = saved.whole('stages', 1)
         twin = cls(Stage(BEGINNING, BEGINNING, se3.IDENTITY))
         # Memory views are read like arrays.
-        twin._begins = cast('array[int]', stored.integers(count))
-        twin._ends = cast('array[int]', stored.integers(count))
-        twin._rows = cast('array[float]', stored.floats(_FLOATS * count))
+        twin._begins = cast('array[int]', saved.integers(count))
+        twin._ends = cast('array[int]', saved.integers(count))
+        twin._rows = cast('array[float]', saved.floats(_FLOATS * count))
         if (np.diff(np.frombuffer(twin._begins, np.int64).astype(float)) < 0.0).any():
             raise ValueError("'stages' are not in order")
         twin.newest = twin._stage(count - 1)

@@ -2,30 +2,34 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The history of an edge aided by a gyroscope, which measures the rotation between two poses.
+An edge aided by a gyroscope, which measures the rotation between two poses.
 
 The error of the gyroscope, which is mostly its bias, is distributed evenly over the time from
 one pose to the next. If the gyroscope did not measure a part of that time, the error is that
 of the gap: see ``bridge``.
 """
 
-from collections.abc import Callable
 import math
 from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.core.edges.histories import DynamicHistory, HeldHistory
-from tf_tree_py.core.edges.packed import POSE_BYTES, unpack_pair, unpack_pose
-from tf_tree_py.core.edges.protocol import EdgeTrack, History, InterpolatedTrack
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.interpolation import (
+    Interpolation,
+    load_interpolation,
+    save_interpolation,
+)
+from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pair
+from tf_tree_py.core.edges.protocol import EdgeTrack, History
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
+from tf_tree_py.core.edges.tracks import InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.frozen import storable
 
 from .bridge import Bridge, bridged
 from .gaps import BRIDGED
@@ -37,7 +41,7 @@ _NOTHING = 1e-200
 
 class _Stretch(NamedTuple):
     """
-    The gyroscope's measurement between two poses; see ``AidedHistory``.
+    The gyroscope's measurement between two poses; see ``GyroAided``.
 
     :ivar place: the position at the beginning; ``way``: from there to that at the end.
     :ivar start: R0 times the inverse of the gyroscope's orientation at the beginning.
@@ -53,8 +57,7 @@ class _Stretch(NamedTuple):
     half: float
 
 
-@storable('aided')
-class AidedHistory(DynamicHistory):
+class GyroAided(Interpolation):
     """
     Poses, and a gyroscope that measures the rotation between them where it has samples.
 
@@ -63,111 +66,92 @@ class AidedHistory(DynamicHistory):
     next pose. So the rotation agrees exactly with both poses. A gap of the measurements between
     the poses is bridged. Translations are interpolated linearly, as elsewhere.
 
-    :ivar gyro: the orientations by the gyroscope.
+    :ivar gyro: the orientations by the gyroscope; those after the newest pose have no effect.
+    :ivar base: the interpolation where nothing was measured.
     """
 
-    __slots__ = ('gyro', '_stretch', '_bridge')
+    name = 'aided'
 
-    def clear(self) -> None:
-        """Remove all samples, including those of the gyroscope."""
-        super().clear()
-        self.gyro = Gyro(self.cache_time)
-        self._forget()
+    def __init__(self, gyro: Gyro, base: Interpolation) -> None:
+        self.gyro, self.base = gyro, base
+        self.holds_for = base.holds_for
+        self.forget()
 
-    def extend(self, stamps: Stamps, poses: Array) -> None:
-        """Take many samples; see ``MovingHistory.extend``."""
-        super().extend(stamps, poses)
-        self._forget()
-
-    def set_poses(self, poses: Array) -> None:
-        """Replace the poses (n, 7) of all n samples in the window."""
-        super().set_poses(poses)
-        self._forget()
-
-    def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
-        super()._insert_between(stamp, parent, pose)
-        self._forget()
-
-    def _forget(self) -> None:
+    def forget(self) -> None:
+        """Remove what was computed from samples, because some of them have changed."""
         # The last stretch used, and the last bridge of a gap.
         self._stretch: _Stretch | None = None
         self._bridge: Bridge | None = None
+        self.base.forget()
+
+    def clear(self) -> None:
+        """Remove the samples of the gyroscope."""
+        self.gyro = Gyro(self.gyro.orientations.cache_time)
+        self.base.clear()
+        self.forget()
 
     def take_rates(self, stamps: Stamps, rates: Array, max_gap: int | None,
                    saturation: float) -> int:
         """Take samples of the gyroscope; see ``Gyro.extend``."""
-        self._forget()
+        self.forget()
         return self.gyro.extend(stamps, rates, max_gap, saturation)
 
-    def copy(self) -> 'AidedHistory':
-        """Return an independent history with the same samples."""
-        twin = super().copy()
-        twin.gyro = self.gyro.copy()
-        return twin
+    def followed_by(self, other: Interpolation) -> 'GyroAided':
+        """Return the same gyroscope with another interpolation where nothing was measured."""
+        return GyroAided(self.gyro, other)
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the samples in the window to arrays."""
-        return super().frozen(arrays) | {'gyro': self.gyro.frozen(arrays)}
+    # --- copies and files
+
+    def copy(self) -> 'GyroAided':
+        """Return an independent copy."""
+        return GyroAided(self.gyro.copy(), self.base.copy())
+
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the samples in the window to arrays."""
+        gyro = self.gyro.save(arrays)
+        return {'gyro': gyro, 'base': save_interpolation(self.base, arrays)}
 
     @classmethod
-    def thawed(cls, child: str, stored: Stored) -> 'AidedHistory':
-        """Return the frozen data; it uses the memory in place, and nothing can be added."""
-        history = super().thawed(child, stored)
-        history.gyro = Gyro.thawed(stored.part('gyro'))
-        return history
+    def load(cls, saved: Saved) -> 'GyroAided':
+        """Return the saved data; it uses the memory in place, and nothing can be added."""
+        gyro = Gyro.load(saved.part('gyro'))
+        return cls(gyro, load_interpolation(saved.part('base')))
 
-    def sample(self, stamp: int) -> PoseTuple:
-        """
-        Return the pose at a stamp; see the class docstring.
+    # --- one pose
 
-        :raises ExtrapolationException: the stamp is outside the stored span, or the edge had
-            ended then. The gyroscope's samples after the last pose have no effect.
-        """
+    def between(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
+        """Return the pose at a stamp between two samples; see the class docstring."""
         stretch = self._stretch
-        if (stretch is None or not stretch.begin < stamp < stretch.end
-                or stretch.begin < self._horizon):
-            stretch = self._stretch_at(stamp)
+        begin, end = samples.stamps[index], samples.stamps[index + 1]
+        if stretch is None or stretch.begin != begin or stretch.end != end:
+            stretch = self._stretch = self._measured(samples, index)
             if stretch is None:
-                return self._unmeasured(stamp)
-        begin, end, (x, y, z), (dx, dy, dz), start, (ax, ay, az), half = stretch
+                return self._unmeasured(samples, index, stamp)
+        _, _, (x, y, z), (dx, dy, dz), start, (ax, ay, az), half = stretch
         ratio = (stamp - begin) / (end - begin)
         turned = so3.multiply(start, self.gyro.orientations.sample(stamp)[3:])
         sine = sin(ratio * half)
         return (x + ratio * dx, y + ratio * dy, z + ratio * dz, *so3.multiply(
             turned, (sine * ax, sine * ay, sine * az, cos(ratio * half))))
 
-    def _unmeasured(self, stamp: int) -> PoseTuple:
-        """Return the pose at a sample, on a bridge, or where nothing was measured."""
-        bridge = self._bridge_at(stamp)
+    def _unmeasured(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
+        """Return the pose on a bridge, or where nothing was measured."""
+        bridge = self._bridge_at(samples, index)
         if bridge is None:
-            return super().sample(stamp)
+            return self.base.between(samples, index, stamp)
         begin, end, (x, y, z), (dx, dy, dz), *_ = bridge
         ratio = (stamp - begin) / (end - begin)
         return (x + ratio * dx, y + ratio * dy, z + ratio * dz,
                 *bridge.rotation(stamp, self.gyro.orientations))
 
-    def _stretch_at(self, stamp: int) -> _Stretch | None:
-        """Return the stretch around a stamp; None at a sample, or if it was not measured."""
-        index = self._between(stamp)
-        self._stretch = None if index is None else self._measured(index)
-        return self._stretch
-
-    def _between(self, stamp: int) -> int | None:
-        """Return the index of the sample before a stamp; None if the pose is not interpolated."""
-        index = self._index_at(stamp)
-        if (index is None or stamp == self._stamps[index]
-                or self._parents and self._parents[index] != self._parents[index + 1]):
-            return None
-        return index
-
-    def _measured(self, index: int) -> _Stretch | None:
+    def _measured(self, samples: PackedSamples, index: int) -> _Stretch | None:
         """Return the stretch from a sample to the next; None if it was not fully measured."""
-        begin, end = self._stamps[index], self._stamps[index + 1]
+        begin, end = samples.stamps[index], samples.stamps[index + 1]
         whole = self.gyro.turn(begin, end)
         if whole is None:
             return None
         ax, ay, az, aqx, aqy, aqz, aqw, bx, by, bz, bqx, bqy, bqz, bqw = unpack_pair(
-            self._poses, index * POSE_BYTES)
+            samples.poses, index * POSE_BYTES)
         first, last = (aqx, aqy, aqz, aqw), (bqx, bqy, bqz, bqw)
         rest = so3.log(so3.multiply(so3.conjugate(so3.multiply(first, whole)), last))
         angle = math.hypot(*rest)
@@ -177,55 +161,55 @@ class AidedHistory(DynamicHistory):
         return _Stretch(begin, end, (ax, ay, az), (bx - ax, by - ay, bz - az), start,
                         (scale * rest[0], scale * rest[1], scale * rest[2]), 0.5 * angle)
 
-    def _bridge_at(self, stamp: int) -> Bridge | None:
-        """Return the bridge around a stamp that no stretch contains; None if there is none."""
+    def _bridge_at(self, samples: PackedSamples, index: int) -> Bridge | None:
+        """Return the bridge from a sample to the next; None if nothing was measured there."""
         bridge = self._bridge
-        if (bridge is None or not bridge.begin < stamp < bridge.end
-                or bridge.begin < self._horizon or bridge.latest != self.latest_stamp):
-            index = self._between(stamp)
-            bridge = self._bridge = None if index is None else self._bridge_from(index)
+        if (bridge is None or bridge.begin != samples.stamps[index]
+                or bridge.end != samples.stamps[index + 1]
+                or bridge.latest != samples.newest_stamp):
+            bridge = self._bridge = self._bridge_from(samples, index)
         return bridge
 
-    def _bridge_from(self, index: int) -> Bridge | None:
-        """Return the bridge from a sample to the next; None if nothing was measured there."""
+    def _bridge_from(self, samples: PackedSamples, index: int) -> Bridge | None:
         # The gap does not extend over samples if these may have another parent.
-        first, last = (self._first(), len(self._stamps) - 1) if self._parents is None else (
-            index, index + 1)
-        return bridged(self._stamps, self._pose_of, self.gyro, index, first, last)
+        first, last = (index, index + 1) if samples.parents is not None else (
+            samples.first(), len(samples.stamps) - 1)
+        return bridged(samples, self.gyro, index, first, last)
 
-    def _pose_of(self, index: int) -> PoseTuple:
-        return unpack_pose(self._poses, index * POSE_BYTES)
+    # --- many poses, and covariances
 
-    def _bridges(self, first: int, last: int) -> list[tuple[int, Bridge]]:
+    def track(self, samples: PackedSamples, first: int, last: int) -> EdgeTrack:
+        """Return a copy of the samples that lookups between two stamps need."""
+        base, known = self.base.track(samples, first, last), self.gyro.orientations
+        if known.oldest_stamp is None or known.newest_stamp is None:
+            return base
+        stamps, poses = samples.copy_between(first, last)
+        begin, end = (max(known.oldest_stamp, min(known.newest_stamp, int(stamp)))
+                      for stamp in stamps[[0, -1]])
+        return AidedTrack(stamps, poses, base,
+                          InterpolatedTrack(*known.copy_between(begin, end)), self.gyro.holes(),
+                          self._bridges(samples, int(stamps[0]), int(stamps[-1])))
+
+    def _bridges(self, samples: PackedSamples, first: int,
+                 last: int) -> list[tuple[int, Bridge]]:
         """Return the begin of each interval in which a gap was bridged, and the bridge."""
         indices: set[int] = set()
         for begin, end in self.gyro.gaps(first, last):
-            near, far = (self._index_at(max(first, min(last, stamp))) for stamp in (begin, end))
+            near, far = (samples.index_at(max(first, min(last, stamp)))
+                         for stamp in (begin, end))
             if near is not None and far is not None:
                 # Nothing was measured between these, if there are others.
                 indices |= {near, far} if end - begin > BRIDGED else {*range(near, far + 1)}
         bridges = []
         for index in sorted(indices):
-            if (index + 1 < len(self._stamps) and self._stamps[index] < self._stamps[index + 1]
-                    and self._between(self._stamps[index] + 1) == index
-                    and self._measured(index) is None):
-                bridge = self._bridge_from(index)
+            if samples.joins(index) and self._measured(samples, index) is None:
+                bridge = self._bridge_from(samples, index)
                 if bridge is not None:
                     bridges.append((bridge.begin, bridge))
         return bridges
 
-    def track(self, first: int, last: int) -> EdgeTrack:
-        """Return a copy of the samples that lookups between two stamps need."""
-        stamps, poses = self.copy_between(first, last)
-        known = self.gyro.orientations
-        if known.oldest_stamp is None or known.latest_stamp is None:
-            return InterpolatedTrack(stamps, poses)
-        begin, end = (max(known.oldest_stamp, min(known.latest_stamp, int(stamp)))
-                      for stamp in stamps[[0, -1]])
-        return AidedTrack(stamps, poses, InterpolatedTrack(*known.copy_between(begin, end)),
-                          self.gyro.holes(), self._bridges(int(stamps[0]), int(stamps[-1])))
-
-    def closing(self, begin: int, end: int, stamps: Stamps) -> tuple[Array, Array] | None:
+    def closing(self, history: Samples, begin: int, end: int,
+                stamps: Stamps) -> tuple[Array, Array] | None:
         """
         Return the arguments of ``covariances.between_rows`` for a stretch between two poses.
 
@@ -236,8 +220,8 @@ class AidedHistory(DynamicHistory):
         """
         whole = self.gyro.turn(begin, end)
         if whole is None:
-            return self._bridged_closing(begin, end, stamps)
-        first, last = rotation_of(self.sample(begin)), rotation_of(self.sample(end))
+            return self._bridged_closing(history, begin, end, stamps)
+        first, last = rotation_of(history.sample(begin)), rotation_of(history.sample(end))
         rest = so3.log(so3.multiply(so3.conjugate(so3.multiply(first, whole)), last))
         orientations = self.gyro.orientations
         known = orientations.track(begin, end).at(np.clip(stamps, begin, end))
@@ -247,10 +231,13 @@ class AidedHistory(DynamicHistory):
                                    np.array(back))
         return np.array(so3.rotate(last, rest)), so3.as_matrix_many(turned)
 
-    def _bridged_closing(self, begin: int, end: int,
+    def _bridged_closing(self, samples: PackedSamples, begin: int, end: int,
                          stamps: Stamps) -> tuple[Array, Array] | None:
         """Return ``closing`` of two successive poses with a gap."""
-        bridge = self._bridge_at((begin + end) // 2)
+        index = samples.index_at((begin + end) // 2)
+        if index is None or not samples.joins(index):
+            return None
+        bridge = self._bridge_at(samples, index)
         if bridge is None or (bridge.begin, bridge.end) != (begin, end):
             return None
         parts = (np.clip(stamps, begin, end) - begin)[:, None, None] / (end - begin)
@@ -258,26 +245,29 @@ class AidedHistory(DynamicHistory):
             parts > 0.0, parts, 1.0), np.eye(3))
 
 
-class AidedTrack(InterpolatedTrack):
+class AidedTrack:
     """
     Samples of an edge, and of the gyroscope that measures the rotation between them.
 
     :param knots: (n,) nanoseconds, sorted, n > 0.
     :param poses: (n, 7) ``parent_T_child``.
+    :param base: the edge where nothing was measured.
     :param gyro: the orientations by the gyroscope.
     :param holes: the intervals without measurements; see ``Gyro.holes``.
     :param bridges: the begin of each interval in which a gap was bridged, and the bridge.
     """
 
-    def __init__(self, knots: Stamps, poses: Array, gyro: InterpolatedTrack,
+    def __init__(self, knots: Stamps, poses: Array, base: EdgeTrack, gyro: InterpolatedTrack,
                  holes: Stamps, bridges: list[tuple[int, Bridge]]) -> None:
-        super().__init__(knots, poses)
+        self.knots, self._quaternions = knots, poses[:, 3:]
+        self._base = base
         self._gyro, self._holes, self._bridges = gyro, holes, dict(bridges)
 
     def at(self, stamps: Stamps, since: Array | None = None) -> Array:
         """Return the poses (7, ...) at times ``since`` after stamps."""
-        poses = np.array(super().at(stamps, since))
-        before, after = self._around(stamps)
+        poses = np.array(self._base.at(stamps, since))
+        after = self.knots.searchsorted(stamps, side='right')
+        before, after = after - 1, np.minimum(after, len(self.knots) - 1)
         begins, ends = self.knots[before], self.knots[after]
         aided = ((begins < ends) & (begins >= self._gyro.knots[0])
                  & (ends <= self._gyro.knots[-1]))
@@ -291,8 +281,8 @@ class AidedTrack(InterpolatedTrack):
         now = _rotations(self._gyro.at(begins + whole, passed - whole))
         rotations = _aided(
             _rotations(self._gyro.at(begins)), _rotations(self._gyro.at(ends)), now,
-            _rotations(self._poses.take(before, axis=1)),
-            _rotations(self._poses.take(after, axis=1)), passed / np.maximum(ends - begins, 1))
+            self._quaternions[before], self._quaternions[after],
+            passed / np.maximum(ends - begins, 1))
         poses[3:] = np.where(aided, np.moveaxis(rotations, -1, 0), poses[3:])
         if self._bridges:
             begins = np.where(passed > 0.0, begins, BEGINNING)
@@ -300,6 +290,11 @@ class AidedTrack(InterpolatedTrack):
                 here = begins == begin
                 poses[3:, here] = self._bridges[begin].rotations(passed[here], now[here]).T
         return poses
+
+    @property
+    def reach(self) -> float:
+        """Return the largest distance of the child, metres."""
+        return self._base.reach
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
         """Return infinity: between two poses it may rotate in any way."""
@@ -313,7 +308,7 @@ def _rotations(poses: Array) -> Array:
 
 def _aided(gyro_begin: Array, gyro_end: Array, gyro_now: Array, first: Array, last: Array,
            ratio: Array) -> Array:
-    """Return the rotations (..., 4) of ``AidedHistory`` from orientations (..., 4)."""
+    """Return the rotations (..., 4) of ``GyroAided`` from orientations (..., 4)."""
     back = so3.conjugate_many(gyro_begin)
     gone, whole = so3.multiply_many(back, gyro_now), so3.multiply_many(back, gyro_end)
     left = so3.log_many(so3.multiply_many(
@@ -322,36 +317,41 @@ def _aided(gyro_begin: Array, gyro_end: Array, gyro_now: Array, first: Array, la
                              so3.exp_many(ratio[..., None] * left))
 
 
-def aided(history: History | None, child: str, cache_time: int) -> AidedHistory:
+def aided(history: History | None, child: str, cache_time: int) -> tuple[Samples, GyroAided]:
     """
-    Return an edge's history as an aided one: itself, or a new one with its samples.
-
-    A kind of history that has more than samples has a method ``aided()``, which keeps the rest.
+    Return an edge's history, new if it has none, and the gyroscope that aids it from now on.
 
     :param history: None if the edge has no history yet.
-    :raises InvalidArgumentException: an edge that is not interpolated between samples.
+    :raises InvalidArgumentException: the edge has no samples between which it could help.
     """
     if history is None:
-        return AidedHistory(child, cache_time)
-    if isinstance(history, AidedHistory):
-        return history
-    own: Callable[[], AidedHistory] | None = getattr(history, 'aided', None)
-    if own is not None:
-        return own()
-    if not isinstance(history, DynamicHistory) or isinstance(history, HeldHistory):
+        history = Samples(child, cache_time)
+    if not isinstance(history, Samples):
         what = 'is static' if history.is_static else 'is not interpolated between samples'
         raise InvalidArgumentException(
             f'The edge {history.parent} -> {child} {what}: a gyroscope cannot aid it. Pass the '
             'child of the moving edge that the gyroscope rotates with, such as base_link of '
             'odom -> base_link')
-    return history.copied_into(AidedHistory(child, cache_time, history.authority))
+    aid = history.interpolation
+    if not isinstance(aid, GyroAided):
+        aid = GyroAided(Gyro(history.cache_time), aid)
+        history.interpolate_by(aid)
+    return history, aid
+
+
+def gyro_of(history: History) -> Gyro | None:
+    """Return the gyroscope of an edge; None if it has none."""
+    aid = history.interpolation if isinstance(history, Samples) else None
+    return aid.gyro if isinstance(aid, GyroAided) else None
 
 
 def turn_of(history: History, begin: int, end: int) -> Quaternion | None:
     """Return the rotation of an edge's child by its gyroscope; None if not fully measured."""
-    return history.gyro.turn(begin, end) if isinstance(history, AidedHistory) else None
+    gyro = gyro_of(history)
+    return None if gyro is None else gyro.turn(begin, end)
 
 
 def gyro_until(history: History) -> int | None:
     """Return the newest stamp of an edge's gyroscope; None without samples or gyroscope."""
-    return history.gyro.orientations.latest_stamp if isinstance(history, AidedHistory) else None
+    gyro = gyro_of(history)
+    return None if gyro is None else gyro.orientations.newest_stamp

@@ -13,14 +13,13 @@ The rotations at the ends are in ``gaps``.
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.edges.histories import DynamicHistory
+from tf_tree_py.core.edges.packed import PackedSamples
+from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
@@ -110,7 +109,7 @@ class Bridge(NamedTuple):
     shares: list[float]
     crossings: list[Crossing]
 
-    def rotation(self, stamp: int, measured: DynamicHistory) -> Quaternion:
+    def rotation(self, stamp: int, measured: Samples) -> Quaternion:
         """
         Return the rotation at a stamp within the interval.
 
@@ -202,17 +201,16 @@ def _vector(array: Array) -> Vector3:
 
 # --- between two poses
 
-def bridged(stamps: Sequence[int], pose_of: Callable[[int], PoseTuple], gyro: Gyro, index: int,
-            oldest: int, newest: int) -> Bridge | None:
+def bridged(samples: PackedSamples, gyro: Gyro, index: int, oldest: int,
+            newest: int) -> Bridge | None:
     """
     Return the bridge from a sample to the next, between which the gyroscope has a gap.
 
-    :param pose_of: the pose of a sample by its index.
     :param oldest: the index of the first sample that may be used; ``newest``: of the last.
     :return: None if nothing was measured between the two samples.
     """
-    known = Ends(stamps, pose_of, gyro, oldest, newest)
-    begin, end = stamps[index:index + 2]
+    known = Ends(samples, gyro, oldest, newest)
+    begin, end = samples.stamps[index:index + 2]
     between = known.between(index)
     crossings = []
     for gap, start, turned in zip(between.gaps, between.starts, between.ends, strict=True):
@@ -223,6 +221,7 @@ def bridged(stamps: Sequence[int], pose_of: Callable[[int], PoseTuple], gyro: Gy
         turn = so3.log(so3.multiply(so3.conjugate(start), turned))
         crossings.append(Crossing(since, until, start, turn, rates, crossed(
             turn, (until - since) / NANOSECONDS_PER_SECOND, *rates)))
-    (x, y, z, *_), (ex, ey, ez, *_) = pose_of(index), pose_of(index + 1)
-    return Bridge(begin, end, (x, y, z), (ex - x, ey - y, ez - z), stamps[-1],
+    (x, y, z, *_), (ex, ey, ez, *_) = samples.pose(index), samples.pose(index + 1)
+    return Bridge(begin, end, (x, y, z), (ex - x, ey - y, ez - z),
+                  samples.stamps[-1],
                   between.bases, between.missed, between.shares, crossings)

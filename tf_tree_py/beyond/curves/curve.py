@@ -17,7 +17,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.edges.protocol import EdgeTrack
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
@@ -59,7 +59,7 @@ class Curve(Protocol):
 
     - ``twists(stamps)``: (N, 6) the twist of the child relative to its parent, in the child's
       axes, metres and radians per second. Without it ``lookup_twist`` uses poses.
-    - ``frozen()``: returns a ``Spline`` or a ``ConstantTwist`` that replaces it where functions
+    - ``saved_as()``: returns a ``Spline`` or a ``ConstantTwist`` that replaces it where functions
       cannot be stored: in files (``save``) and for other processes (``pickle``). Without it
       those raise an error.
     """
@@ -101,7 +101,7 @@ class EdgeCurve(Curve, Protocol):
     def shown_at(self) -> Stamps:
         """Return stamps between which programs may interpolate."""
 
-    def frozen(self) -> Curve | None:
+    def saved_as(self) -> Curve | None:
         """Return a curve of a kind that files support; None if there is none."""
 
 
@@ -205,10 +205,10 @@ class GivenCurve:
         numbers = np.arange(begin[0] // self._period, -(-end[0] // self._period) + 1)
         return np.unique(np.minimum(self.oldest + numbers * self._period, self.latest))
 
-    def frozen(self) -> Curve | None:
+    def saved_as(self) -> Curve | None:
         """Return the replacement that the user's curve defines; None if it defines none."""
-        frozen = getattr(self.given, 'frozen', None)
-        return None if frozen is None else frozen()
+        saved_as = getattr(self.given, 'saved_as', None)
+        return None if saved_as is None else saved_as()
 
 
 class GivenTrack:
@@ -303,21 +303,21 @@ class ConstantTwist:
         """Return (N, 6), the same twist for each stamp."""
         return np.tile(np.array(self.twist), (len(stamps), 1))
 
-    def frozen(self) -> 'ConstantTwist':
+    def saved_as(self) -> 'ConstantTwist':
         """Return this curve, because files support its kind."""
         return self
 
-    def stored(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the numbers to arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the numbers to arrays."""
         arrays.add(np.array([*self.pose, *self.twist]))
         return {'oldest': self.oldest, 'latest': self.latest}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'ConstantTwist':
+    def load(cls, saved: Saved) -> 'ConstantTwist':
         """Return the stored curve."""
-        numbers = stored.floats(13).tolist()
-        return cls(stored.whole('oldest', BEGINNING, FOREVER - 1),
-                   stored.whole('latest', BEGINNING, FOREVER - 1),
+        numbers = saved.floats(13).tolist()
+        return cls(saved.whole('oldest', BEGINNING, FOREVER - 1),
+                   saved.whole('latest', BEGINNING, FOREVER - 1),
                    Pose._make(numbers[:7]), tuple(numbers[7:]))
 
 

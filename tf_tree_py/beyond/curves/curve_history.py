@@ -9,12 +9,13 @@ It takes no samples. A newer curve from elsewhere replaces this one.
 
 from array import array
 from collections.abc import Iterator
+from functools import partial
 from typing import Protocol, TypeGuard
 
 import numpy as np
 from tf_tree_py.core.edges.packed import Columns
 from tf_tree_py.core.edges.protocol import EdgeTrack, History, Stretch
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import (
     ExtrapolationException,
     FutureExtrapolationException,
@@ -26,31 +27,31 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import FOREVER, UNLIMITED
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.frozen import storable
+from tf_tree_py.core.tree.files import in_files
 
 from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve
 from .spline import Spline
 
 
-class StorableCurve(Curve, Protocol):
-    """A curve that files support; its class is listed in ``STORABLE``."""
+class SavedCurve(Curve, Protocol):
+    """A curve that files support; its class is listed in ``SAVED_CURVES``."""
 
-    def stored(self, arrays: Arrays) -> Facts:
-        """Return facts for ``thawed``, of types that JSON supports, and add its arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return facts for ``load``, of types that JSON supports, and add its arrays."""
 
     @classmethod
-    def thawed(cls, stored: Stored) -> Curve:
+    def load(cls, saved: Saved) -> Curve:
         """
-        Return the stored curve.
+        Return the saved curve.
 
         :raises ValueError: the data is not valid for such a curve.
         """
 
 
-STORABLE: dict[str, type[StorableCurve]] = {'spline': Spline, 'constant twist': ConstantTwist}
+SAVED_CURVES: dict[str, type[SavedCurve]] = {'spline': Spline, 'constant twist': ConstantTwist}
 
 
-@storable('curve')
+@in_files('curve')
 class CurveHistory:
     """
     One edge on a curve; see ``MovingHistory``.
@@ -60,7 +61,7 @@ class CurveHistory:
 
     __slots__ = ('child', 'parent', 'authority', 'curve')
 
-    kind = 'a curve'
+    described_as = 'a curve'
     is_static = False
     takes_samples = False
     fixed_parent = True
@@ -87,6 +88,8 @@ class CurveHistory:
     def latest_stamp(self) -> int | None:
         """Return the last stamp of the curve, nanoseconds."""
         return None if self.curve is None else self.curve.latest
+
+    newest_stamp = latest_stamp
 
     # --- poses
 
@@ -206,33 +209,33 @@ class CurveHistory:
         poses = np.ascontiguousarray(curve.poses(stamps))
         return Columns(memoryview(stamps), memoryview(poses.ravel()), None, ())
 
-    def frozen(self, arrays: Arrays) -> Facts:
+    def save(self, arrays: Arrays) -> Facts:
         """
-        Return the facts for ``thawed``, and add the curve to arrays.
+        Return the facts for ``load``, and add the curve to arrays.
 
         :raises TreeFileError: the curve is of a kind that files do not support.
         """
         if self.curve is None:
             return {'parent': None, 'curve': None}
-        kept = self.curve.frozen()
-        for name, kind in STORABLE.items():
+        kept = self.curve.saved_as()
+        for name, kind in SAVED_CURVES.items():
             if type(kept) is kind:
-                return {'parent': self.parent, 'curve': {'kind': name} | kept.stored(arrays)}
+                return {'parent': self.parent, 'curve': {'kind': name} | kept.save(arrays)}
         raise TreeFileError(
-            f'the curve above {self.child!r} cannot be frozen: files support Spline and '
-            'ConstantTwist, so give the curve a method frozen() that returns one of these')
+            'files support curves of the classes Spline and ConstantTwist: give it a method '
+            'saved_as() that returns one of these')
 
     @classmethod
-    def thawed(cls, child: str, stored: Stored) -> 'CurveHistory':
-        """Return the frozen history, whose curve uses the memory in place."""
-        if not stored.has('curve'):
+    def load(cls, child: str, saved: Saved) -> 'CurveHistory':
+        """Return the saved history, whose curve uses the memory in place."""
+        if not saved.has('curve'):
             return cls(child, None, None)
-        parent, part = stored.one('parent', str), stored.part('curve')
+        parent, part = saved.one('parent', str), saved.part('curve')
         name = part.one('kind', str)
-        if name not in STORABLE:
+        if name not in SAVED_CURVES:
             raise ValueError(f'unknown kind of curve {name!r}')
         return cls(child, parent,
-                   as_edge_curve(STORABLE[name].thawed(part), f'{parent} -> {child}'))
+                   as_edge_curve(SAVED_CURVES[name].load(part), f'{parent} -> {child}'))
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
         """Return the error for a stamp outside the curve."""
@@ -240,14 +243,19 @@ class CurveHistory:
         if curve is None:
             return NoDataException(child=self.child, requested=stamp)
         kind: type[ExtrapolationException] = PastExtrapolationException
-        hint, live_hint = 'The edge is a curve that begins later', ''
         if stamp > curve.latest:
             kind = FutureExtrapolationException
-            hint = 'The edge is a curve that ends earlier, and is not extrapolated'
-            live_hint = ('The edge is a curve, and is not extrapolated: wait for a longer one, '
-                         'with a timeout')
         return kind(parent=self.parent, child=self.child, requested=stamp, oldest=curve.oldest,
-                    latest=curve.latest, hint=hint, live_hint=live_hint)
+                    latest=curve.latest, hint=partial(_hint, stamp > curve.latest))
+
+
+def _hint(ends: bool, live: bool) -> str:
+    if not ends:
+        return 'The edge is a curve that begins later'
+    if live:
+        return ('The edge is a curve, and is not extrapolated: wait for a longer one, with a '
+                'timeout')
+    return 'The edge is a curve that ends earlier, and is not extrapolated'
 
 
 def on_curve(history: History | None) -> TypeGuard[CurveHistory]:

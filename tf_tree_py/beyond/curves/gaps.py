@@ -12,13 +12,13 @@ at both ends, that is T^3 / 12 for a gap of the length T.
 """
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py.core.edges.packed import PackedSamples
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 
@@ -56,20 +56,19 @@ class Ends(NamedTuple):
     """
     The ends of the gaps of an edge's gyroscope.
 
-    :ivar pose_of: the pose of a sample by its index.
+    :ivar samples: of the edge.
     :ivar oldest: the index of the first sample that may be used; ``newest``: of the last.
     """
 
-    stamps: Sequence[int]
-    pose_of: Callable[[int], PoseTuple]
+    samples: PackedSamples
     gyro: Gyro
     oldest: int
     newest: int
 
     def between(self, index: int) -> Between:
         """Return the rotations between a sample and the next."""
-        begin, end = self.stamps[index:index + 2]
-        first, last = (rotation_of(self.pose_of(each)) for each in (index, index + 1))
+        begin, end = self.samples.stamps[index:index + 2]
+        first, last = (rotation_of(self.samples.pose(each)) for each in (index, index + 1))
         gaps = _with_one_long(self.gyro.gaps(begin, end))
         now, until = first, begin
         starts, ends = [], []
@@ -98,8 +97,8 @@ class Ends(NamedTuple):
     def _base(self, rotation: Quaternion, stamp: int) -> Quaternion:
         """Return a rotation times the inverse of the orientation, the identity if unknown."""
         known = self.gyro.orientations
-        if (known.oldest_stamp is None or known.latest_stamp is None
-                or not known.oldest_stamp <= stamp <= known.latest_stamp):
+        if (known.oldest_stamp is None or known.newest_stamp is None
+                or not known.oldest_stamp <= stamp <= known.newest_stamp):
             return so3.IDENTITY
         return so3.multiply(rotation, so3.conjugate(rotation_of(known.sample(stamp))))
 
@@ -142,11 +141,11 @@ class Ends(NamedTuple):
     def _rates_inside(self, gap: Gap, before: Vector3 | None,
                       after: Vector3 | None) -> dict[int, Vector3]:
         """Return the rates at the samples in a gap, by stamp; empty if not known yet."""
-        first = bisect_right(self.stamps, gap[0], self.oldest, self.newest + 1) - 1
-        last = bisect_left(self.stamps, gap[1], self.oldest, self.newest + 1)
+        first = bisect_right(self.samples.stamps, gap[0], self.oldest, self.newest + 1) - 1
+        last = bisect_left(self.samples.stamps, gap[1], self.oldest, self.newest + 1)
         if first < self.oldest or last > self.newest:
             return {}
-        rotations = {self.stamps[index]: rotation_of(self.pose_of(index))
+        rotations = {self.samples.stamps[index]: rotation_of(self.samples.pose(index))
                      for index in range(first + 1, last)}
         rotations[gap[0]] = self.between(first).starts[-1]
         rotations[gap[1]] = self.between(last - 1).ends[0]

@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 import math
 
 import numpy as np
-from tf_tree_py.core.edges.histories import DynamicHistory
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
@@ -44,7 +44,7 @@ class Gyro:
     __slots__ = ('orientations', '_rate', '_holes', '_period', '_was_saturated')
 
     def __init__(self, cache_time: int) -> None:
-        self.orientations = DynamicHistory('', cache_time)
+        self.orientations = Samples('', cache_time)
         self._rate = (0.0, 0.0, 0.0)
         # The beginning and end of each hole, sorted.
         self._holes: list[tuple[int, int]] = []
@@ -66,7 +66,7 @@ class Gyro:
         """
         saturated = (np.abs(rates) >= saturation).any(axis=1).tolist()
         known = self.orientations
-        before = known.latest_stamp
+        before = known.newest_stamp
         taken = 0
         for stamp, rate, is_saturated in zip(stamps.tolist(), rates.tolist(), saturated,
                                              strict=True):
@@ -118,13 +118,13 @@ class Gyro:
         The times before the first sample and after the last are gaps, too.
         """
         known = self.orientations
-        if known.oldest_stamp is None or known.latest_stamp is None:
+        if known.oldest_stamp is None or known.newest_stamp is None:
             return [(BEGINNING, FOREVER)]
         begin, end = BEGINNING, known.oldest_stamp
         found = []
         here = bisect_right(self._holes, first, key=lambda hole: hole[1])
         for hole in (*self._holes[here:bisect_left(self._holes, last, here, key=_begin_of)],
-                     (known.latest_stamp, FOREVER)):
+                     (known.newest_stamp, FOREVER)):
             if hole[0] > end:
                 found.append((begin, end))
                 begin = hole[0]
@@ -173,8 +173,8 @@ class Gyro:
 
     def _turned(self, rate: Sequence[float], seconds: float) -> PoseTuple:
         known = self.orientations
-        assert known.latest_stamp is not None
-        *_, qx, qy, qz, qw = known.sample(known.latest_stamp)
+        assert known.newest_stamp is not None
+        *_, qx, qy, qz, qw = known.sample(known.newest_stamp)
         x, y, z = (0.5 * seconds * (old + new) for old, new in zip(self._rate, rate, strict=True))
         turned = so3.multiply((qx, qy, qz, qw), so3.exp((x, y, z)))
         return (0.0, 0.0, 0.0, *so3.normalize(turned))
@@ -195,17 +195,17 @@ class Gyro:
         twin._was_saturated = self._was_saturated
         return twin
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the samples in the window to arrays."""
-        # Without the last rate: only adding samples needs it, and a frozen tree takes none.
-        return self.orientations.frozen(arrays) | {'holes': list(map(list, self._holes))}
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the samples in the window to arrays."""
+        # Without the last rate: only adding samples needs it, and a loaded tree takes none.
+        return self.orientations.save(arrays) | {'holes': list(map(list, self._holes))}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Gyro':
-        """Return the frozen gyroscope; it uses the memory in place and takes no samples."""
-        gyro = cls(stored.cache_time)
-        gyro.orientations = DynamicHistory.thawed('', stored)
-        gyro._holes = [(begin, end) for begin, end in stored.rows('holes', 2, 0)]
+    def load(cls, saved: Saved) -> 'Gyro':
+        """Return the saved gyroscope; it uses the memory in place and takes no samples."""
+        gyro = cls(saved.cache_time)
+        gyro.orientations = Samples.load('', saved)
+        gyro._holes = [(begin, end) for begin, end in saved.rows('holes', 2, 0)]
         if gyro._holes != sorted(gyro._holes):
             raise ValueError("'holes' are not in order")
         return gyro
@@ -222,9 +222,9 @@ def _extrapolated(far: Vector3, far_span: int, near: Vector3, near_span: int) ->
     return x, y, z
 
 
-def _covers(history: DynamicHistory, begin: int, end: int) -> bool:
+def _covers(history: Samples, begin: int, end: int) -> bool:
     """Return whether there are samples from one stamp to another."""
-    oldest, latest = history.oldest_stamp, history.latest_stamp
+    oldest, latest = history.oldest_stamp, history.newest_stamp
     return oldest is not None and latest is not None and oldest <= begin and end <= latest
 
 

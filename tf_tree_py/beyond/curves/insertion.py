@@ -131,10 +131,9 @@ def aid(tree: Tree, child: str, stamps: Stamps, rates: Array, max_gap: int | Non
     :return: how many were taken; see ``Gyro.extend``.
     :raises InvalidArgumentException: the edge is not interpolated between its samples.
     """
-    history = aided(tree.histories.get(child), child, tree.cache_time)
-    taken = history.take_rates(stamps, rates, max_gap, saturation)
+    history, gyroscope = aided(tree.histories.get(child), child, tree.cache_time)
     tree.replace(history)
-    return taken
+    return gyroscope.take_rates(stamps, rates, max_gap, saturation)
 
 
 def checked_rates(given: Any, count: int) -> Array:

@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 import numpy as np
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.poses import PosesLike
@@ -271,27 +271,27 @@ class Spline(SplinePieces):
         return (_restored, (self.begin, self.knot_period, self.knots, self.latest,
                             self.group is SE3))
 
-    def frozen(self) -> 'Spline':
+    def saved_as(self) -> 'Spline':
         """Return this curve, because files support its kind."""
         return self
 
-    def stored(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the knots and steps to arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the knots and steps to arrays."""
         arrays.add(self.knots)
         arrays.add(np.ascontiguousarray(self.steps))
         return {'knots': len(self), 'begin': self.begin, 'knot_period': self.knot_period,
                 'latest': self.latest, 'group': self.group.name}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Spline':
+    def load(cls, saved: Saved) -> 'Spline':
         """Return the stored spline, which uses the memory in place."""
-        spline, count = cls.__new__(cls), stored.whole('knots', ORDER)
-        spline.knots = np.frombuffer(stored.floats(7 * count)).reshape(-1, 7)
-        spline.steps = np.frombuffer(stored.floats(6 * count - 6)).reshape(-1, 6)
-        spline.begin = spline.oldest = stored.whole('begin', BEGINNING, FOREVER)
-        spline.knot_period = stored.whole('knot_period', 1, FOREVER)
-        spline.latest = stored.whole('latest', spline.oldest, FOREVER)
-        spline.group = _GROUPS.get(stored.one('group', str), SPLIT)
+        spline, count = cls.__new__(cls), saved.whole('knots', ORDER)
+        spline.knots = np.frombuffer(saved.floats(7 * count)).reshape(-1, 7)
+        spline.steps = np.frombuffer(saved.floats(6 * count - 6)).reshape(-1, 6)
+        spline.begin = spline.oldest = saved.whole('begin', BEGINNING, FOREVER)
+        spline.knot_period = saved.whole('knot_period', 1, FOREVER)
+        spline.latest = saved.whole('latest', spline.oldest, FOREVER)
+        spline.group = _GROUPS.get(saved.one('group', str), SPLIT)
         if spline.latest > spline.begin + spline.pieces * spline.knot_period:
             raise ValueError('a spline ends after its last piece')
         # At most half a turn, except for rounding. Infinite numbers would raise errors in sines.

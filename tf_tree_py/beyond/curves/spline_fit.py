@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 import numpy as np
-from tf_tree_py.core.edges.protocol import InterpolatedTrack
+from tf_tree_py.core.edges.tracks import InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.poses import checked_poses, with_unit_quaternions
 from tf_tree_py.core.geometry.so3 import Array

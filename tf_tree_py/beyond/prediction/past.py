@@ -108,9 +108,9 @@ class Past:
 
 def _begin(history: MovingHistory) -> int:
     """Return the stamp since which an edge has its parent; a curve is only learnt from lately."""
-    if history.latest_stamp is None or not history.takes_samples:
-        return (history.latest_stamp or 0) - LATELY
+    if history.newest_stamp is None or not history.takes_samples:
+        return (history.newest_stamp or 0) - LATELY
     if history.fixed_parent:
         return BEGINNING
-    *_, (_, begin, _) = history.parents_between(BEGINNING, history.latest_stamp + 1)
+    *_, (_, begin, _) = history.parents_between(BEGINNING, history.newest_stamp + 1)
     return begin

@@ -148,16 +148,16 @@ def _ahead(history: History, stamp: int, horizon: int) -> int:
     """
     if not moves(history):
         return 0
-    latest = history.latest_stamp
+    newest, latest = history.newest_stamp, history.latest_stamp
     if latest is not None and stamp <= latest:
-        return 0
-    if latest is None or stamp - latest > horizon:
+        return 0  # it has a pose, also if the edge only holds its newest sample
+    if newest is None or stamp - newest > horizon:
         error = history.extrapolation(stamp)
         error.hint = ('The stamp is beyond the horizon of the prediction, '
                       f'{format_span(horizon)}: use an earlier stamp, or find out why the edge '
                       'is silent')
         raise error
-    return stamp - latest
+    return stamp - newest
 
 
 # --- queries

@@ -291,7 +291,7 @@ class Trials:
 
     def _changing(self, history: MovingHistory, cells: list[int], ahead: int) -> list[int]:
         """Return the cells for which the next samples may change the pose that was compared."""
-        latest, until = history.latest_stamp, gyro_until(history)
+        latest, until = history.newest_stamp, gyro_until(history)
         assert latest is not None
         if until is not None and until < latest - _LATEST_GYRO:
             until = None
@@ -330,7 +330,7 @@ class Trials:
             is_there = (stamp < begin + self._cell and _has_its_parent(history, stamp)
                         and _has_its_parent(history, stamp - TWIST_OVER))
             start = start_at(history, stamp) if is_there else None
-            if stamp == history.latest_stamp:
+            if stamp == history.newest_stamp:
                 return start  # another sample with this stamp would replace it
             self._starts[cell] = start
         return self._starts[cell]

@@ -12,8 +12,8 @@ defines when a source is replaced.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tf_tree_py.core.edges.histories import DynamicHistory
 from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.messages.incidents import Incident, Kind
@@ -25,7 +25,7 @@ from tf_tree_py.core.tree.tree import too_old, Tree
 from .source_samples import SourceSamples
 from ..corrections.absorbing import Transition, transition
 from ..corrections.blend import BlendLimits
-from ..corrections.corrected import can_be_corrected, corrected
+from ..corrections.corrected import corrected
 
 
 class Rule(NamedTuple):
@@ -63,7 +63,7 @@ class EdgeSources:
         self._begin_anew()
 
     @property
-    def histories(self) -> dict[str, DynamicHistory]:
+    def histories(self) -> dict[str, Samples]:
         """Return the samples of each source, by name."""
         return self.samples.histories
 
@@ -96,11 +96,11 @@ class EdgeSources:
                 f'The sources of {self.child!r} have the parent {self.parent!r}, and {name!r} '
                 f'has {sample.parent!r}. All sources of one edge must have the same parent')
         edge = tree.histories.get(self.child)
-        if edge is None or edge.latest_stamp is None:
+        if edge is None or edge.newest_stamp is None:
             self._begin_anew()
         history = self.histories.get(name)
         if history is None:
-            history = self.histories[name] = DynamicHistory(self.child, self.cache_time, name)
+            history = self.histories[name] = Samples(self.child, self.cache_time, name)
         if not history.insert(sample.stamp, sample.parent, sample.pose):
             return [], [too_old(history, sample.parent, sample.stamp, name, self.cache_time)]
         if not self.active:
@@ -114,7 +114,7 @@ class EdgeSources:
     def _strange(self, edge: History | None, stamp: int) -> list[Incident]:
         """Return an incident if another publisher inserts samples besides the sources."""
         # If a static edge or a spline replaced theirs, that was reported already.
-        if edge is None or not can_be_corrected(edge) or (
+        if not isinstance(edge, Samples) or (
                 edge.authority in self.histories or edge.authority in self._strangers):
             return []
         self._strangers.add(edge.authority)
@@ -157,7 +157,7 @@ class EdgeSources:
         return self.begin(tree, limits)
 
     def _newest(self, tree: Tree) -> int:
-        stamp = tree.histories[self.child].latest_stamp
+        stamp = tree.histories[self.child].newest_stamp
         assert stamp is not None
         return stamp
 
@@ -168,9 +168,9 @@ class EdgeSources:
     def begin(self, tree: Tree, limits: BlendLimits) -> tuple[Transition | None, list[Sample]]:
         """Begin the transition to the active source, if it has reached the edge."""
         edge = corrected(tree.histories.get(self.child), self.child)
-        history, stamp = self.histories[self.active], edge.latest_stamp
+        history, stamp = self.histories[self.active], edge.newest_stamp
         assert stamp is not None
-        if history.latest_stamp is None or history.latest_stamp < stamp:
+        if history.newest_stamp is None or history.newest_stamp < stamp:
             self._awaited = limits
             return None, []
         self._awaited, self._since = None, stamp
@@ -179,7 +179,7 @@ class EdgeSources:
         stage = edge.change_source(history.sample(stamp), limits)
         return transition(tree, stage), self._after(history, stamp)
 
-    def _after(self, history: DynamicHistory, stamp: int) -> list[Sample]:
+    def _after(self, history: Samples, stamp: int) -> list[Sample]:
         """Return a source's samples after a stamp."""
         samples, stamp = [], history.next_stamp(stamp)
         while stamp < FOREVER:
@@ -191,8 +191,8 @@ class EdgeSources:
         """Return whether a source began early enough for a transition to it."""
         edge = tree.histories.get(self.child)
         # A static edge or a curve may have replaced theirs.
-        return (can_be_corrected(edge) and edge.latest_stamp is not None
-                and _ends(self.histories[name])[0] <= edge.latest_stamp)
+        return (isinstance(edge, Samples) and edge.newest_stamp is not None
+                and _ends(self.histories[name])[0] <= edge.newest_stamp)
 
     # --- by rule
 
@@ -274,10 +274,10 @@ class EdgeSources:
         return incident
 
 
-def _ends(history: DynamicHistory) -> tuple[int, int]:
+def _ends(history: Samples) -> tuple[int, int]:
     """Return the oldest and the newest stamp of a source; it has samples."""
-    assert history.oldest_stamp is not None and history.latest_stamp is not None
-    return history.oldest_stamp, history.latest_stamp
+    assert history.oldest_stamp is not None and history.newest_stamp is not None
+    return history.oldest_stamp, history.newest_stamp
 
 
 def _listed(names: Sequence[str]) -> str:

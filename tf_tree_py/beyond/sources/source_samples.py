@@ -6,15 +6,15 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tf_tree_py.core.edges.histories import DynamicHistory
 from tf_tree_py.core.edges.protocol import History
-from tf_tree_py.core.edges.storage import Arrays, Facts, Stored
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
-from tf_tree_py.core.tree.companions import Companion, storable
+from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
 
-from ..corrections.corrected import CorrectedHistory
+from ..corrections.corrected import CorrectedSamples
 
 
 class EdgeSource(NamedTuple):
@@ -45,7 +45,7 @@ class SourceSamples:
 
     def __init__(self, parent: str, child: str) -> None:
         self.parent, self.child = parent, child
-        self.histories: dict[str, DynamicHistory] = {}
+        self.histories: dict[str, Samples] = {}
         self.active = self.answering = ''
         self.made_way: dict[str, Incident] = {}
 
@@ -60,16 +60,17 @@ class SourceSamples:
         return [EdgeSource(name, _newest(history), name == self.active, self.made_way.get(name))
                 for name, history in self.histories.items()]
 
-    def smoothed(self, edge: History) -> DynamicHistory | None:
+    def smoothed(self, edge: History) -> Samples | None:
         """
         Return all samples of the source in use, with their corrections applied.
 
         :param edge: the history in the tree; None is returned if it needs no replacement.
         """
-        if not isinstance(edge, CorrectedHistory) or not len(edge) or (
+        if not isinstance(edge, CorrectedSamples) or not len(edge) or (
                 self.answering not in self.histories):
             return None
         plain = self.histories[self.answering].copy()
+        plain.interpolate_by(edge.interpolation.copy())
         stamps, poses = plain.copy_between(BEGINNING, FOREVER - 1)
         correction = edge.corrections.get(self.parent)
         if correction is not None:
@@ -86,38 +87,37 @@ class SourceSamples:
         twin.made_way = dict(self.made_way)
         return twin
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the samples in the windows to arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the samples in the windows to arrays."""
         return {'parent': self.parent, 'child': self.child, 'active': self.active,
                 'answering': self.answering,
                 'made_way': [[one.kind.name, str(one.stamp), name, one.detail]
                              for name, one in self.made_way.items()],
-                'sources': [{'name': name} | history.frozen(arrays)
+                'sources': [{'name': name} | history.save(arrays)
                             for name, history in self.histories.items()]}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'SourceSamples':
+    def load(cls, saved: Saved) -> 'SourceSamples':
         """
-        Return the frozen sources; they use the memory in place and take no samples.
+        Return the saved sources; they use the memory in place and take no samples.
 
         :raises ValueError: the facts are not valid for sources.
         """
-        one = cls(stored.one('parent', str), stored.one('child', str))
-        one.active, one.answering = stored.one('active', str), stored.one('answering', str)
-        for row in stored.many('made_way', list):
+        one = cls(saved.one('parent', str), saved.one('child', str))
+        one.active, one.answering = saved.one('active', str), saved.one('answering', str)
+        for row in saved.many('made_way', list):
             if [type(value) for value in row] != [str] * 4 or row[0] not in Kind.__members__:
                 raise ValueError("'made_way' is not a list of incidents")
             one.made_way[row[2]] = Incident(Kind[row[0]], one.parent, one.child, int(row[1]),
                                             row[2], row[3])
-        for part in stored.parts('sources'):
-            history = DynamicHistory.thawed(one.child, part)
-            if history.latest_stamp is None:
+        for part in saved.parts('sources'):
+            history = Samples.load(one.child, part)
+            if history.newest_stamp is None:
                 raise ValueError("'sources' has one without samples")
             one.histories[part.one('name', str)] = history
         return one
 
 
-@storable
 class Sources(Companion):
     """
     The sources of a tree's edges.
@@ -145,16 +145,16 @@ class Sources(Companion):
         """Remove the sources of a frame's edge."""
         self.by_child.pop(frame, None)
 
-    def frozen(self, arrays: Arrays) -> list[Facts]:
-        """Return the facts for ``thawed``, and add the samples in the windows to arrays."""
-        return [sources.frozen(arrays) for sources in self.by_child.values()]
+    def save(self, arrays: Arrays) -> list[Facts]:
+        """Return the facts for ``load``, and add the samples in the windows to arrays."""
+        return [sources.save(arrays) for sources in self.by_child.values()]
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Sources':
-        """Return the frozen sources; they use the memory in place and take no samples."""
+    def load(cls, saved: Saved) -> 'Sources':
+        """Return the saved sources; they use the memory in place and take no samples."""
         twin = cls()
-        for part in stored.parts(cls.key):
-            sources = SourceSamples.thawed(part)
+        for part in saved.parts(cls.key):
+            sources = SourceSamples.load(part)
             twin.by_child[sources.child] = sources
         return twin
 
@@ -174,6 +174,6 @@ def smoothed(tree: Tree, twin: Tree) -> None:
             twin.replace(of_source)
 
 
-def _newest(history: DynamicHistory) -> int:
-    assert history.latest_stamp is not None
-    return history.latest_stamp
+def _newest(history: Samples) -> int:
+    assert history.newest_stamp is not None
+    return history.newest_stamp

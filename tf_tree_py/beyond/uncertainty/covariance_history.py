@@ -16,13 +16,13 @@ from typing import Any, cast, NamedTuple, Protocol, TypeGuard
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves
-from tf_tree_py.core.edges.storage import Arrays, Bytes, Facts, Stored
+from tf_tree_py.core.edges.saving import Arrays, Bytes, Facts, Saved
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.sample import bad_name
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.companions import Companion, storable
+from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
 
 from .covariance_rows import Rows
@@ -59,10 +59,11 @@ class Around(NamedTuple):
     back: Array | None
 
 
-class MeasuringHistory(History, Protocol):
-    """A history that measures the rotation between two of its poses, such as by a gyroscope."""
+class Measuring(Protocol):
+    """An interpolation that measures the rotation between two poses, such as by a gyroscope."""
 
-    def closing(self, begin: int, end: int, stamps: Stamps) -> tuple[Array, Array] | None:
+    def closing(self, history: History, begin: int, end: int,
+                stamps: Stamps) -> tuple[Array, Array] | None:
         """
         Return the arguments of ``covariances.between_rows`` for a stretch between two poses.
 
@@ -71,9 +72,10 @@ class MeasuringHistory(History, Protocol):
         """
 
 
-def measures_turns(history: History) -> TypeGuard[MeasuringHistory]:
-    """Return whether a history measures the rotation between its poses."""
-    return hasattr(history, 'closing')
+def measuring(history: History) -> Measuring | None:
+    """Return what measures the rotation between the poses of a history; None if nothing does."""
+    interpolation: Measuring | None = getattr(history, 'interpolation', None)
+    return interpolation if hasattr(interpolation, 'closing') else None
 
 
 class PendingHistory(History, Protocol):
@@ -180,7 +182,7 @@ class Uncertainty:
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         if not 0 < after < len(stamps):
             return one_term(self._rows(max(after - 1, 0)))
-        if measures_turns(history):
+        if measuring(history) is not None:
             rows = interpolated([self.around(np.array([stamp]), history)], independent)
             return one_term(np.array(rows).tobytes())
         begin, end = stamps[after - 1], stamps[after]
@@ -224,38 +226,39 @@ class Uncertainty:
         twin._stamps, twin._packed = self._stamps[:], self._packed[:]
         return twin
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the covariances to arrays."""
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the covariances to arrays."""
         arrays.add(self._stamps)
         arrays.add(self._packed)
         return {'count': len(self)}
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Uncertainty':
-        """Return the frozen data; it uses the memory in place, and nothing can be added."""
-        one, count = cls(), stored.whole('count', 1)
+    def load(cls, saved: Saved) -> 'Uncertainty':
+        """Return the saved data; it uses the memory in place, and nothing can be added."""
+        one, count = cls(), saved.whole('count', 1)
         # Memory views are read like arrays.
-        one._stamps = cast('array[int]', stored.integers(count))
-        one._packed = cast('array[float]', stored.floats(PACKED_FLOATS * count))
+        one._stamps = cast('array[int]', saved.integers(count))
+        one._packed = cast('array[float]', saved.floats(PACKED_FLOATS * count))
         return one
 
 
 def _turns(history: History, begins: Stamps, ends: Stamps,
            stamps: Stamps) -> tuple[Array, Array | None]:
     """Return the fields ``turn`` and ``back`` of ``Around``."""
-    if not measures_turns(history):
+    measures = measuring(history)
+    if measures is None:
         return _turns_at_constant_rates(history, begins, ends), None
     turns, back = np.zeros((len(stamps), 3)), np.tile(np.eye(3), (len(stamps), 1, 1))
     for begin in np.unique(begins):
         here = begins == begin
         turns[here], back[here] = _turn_by_gyroscope(
-            history, int(begin), int(ends[here][0]), stamps[here])
+            measures, history, int(begin), int(ends[here][0]), stamps[here])
     return turns, back
 
 
 def _turns_at_constant_rates(history: History, begins: Stamps, ends: Stamps) -> Array:
     """Return ``_turn`` (N, 3) between many stamps."""
-    oldest, latest = history.oldest_stamp, history.latest_stamp
+    oldest, latest = history.oldest_stamp, history.newest_stamp
     if (not history.fixed_parent or not history.takes_samples or oldest is None
             or latest is None):
         pairs, place = np.unique(begins, return_index=True, return_inverse=True)[1:]
@@ -297,17 +300,16 @@ def _turn(history: History, first: int, last: int) -> so3.Quaternion:
     return so3.multiply((bx, by, bz, bw), (-ax, -ay, -az, aw))
 
 
-def _turn_by_gyroscope(history: MeasuringHistory, first: int, last: int,
+def _turn_by_gyroscope(measures: Measuring, history: History, first: int, last: int,
                        stamps: Stamps) -> tuple[Array, Array]:
     """Return a gyroscope's remaining error, (3,), and its rotations back, (N, 3, 3)."""
     known = first < last and history.neighbours(first, last) is not None
-    closing = history.closing(first, last, stamps) if known else None
+    closing = measures.closing(history, first, last, stamps) if known else None
     return closing or (np.array(so3.log(_turn(history, first, last))), np.eye(3))
 
 
 # --- the edges of a tree
 
-@storable
 class EdgeCovariances(Companion):
     """
     The covariances of a tree's edges.
@@ -335,17 +337,17 @@ class EdgeCovariances(Companion):
         """Remove the covariances of a frame's edges to all its parents."""
         self.by_edge = {edge: one for edge, one in self.by_edge.items() if edge[1] != frame}
 
-    def frozen(self, arrays: Arrays) -> list[Facts]:
-        """Return the facts for ``thawed``, and add the covariances to arrays."""
-        return [{'parent': parent, 'child': child} | one.frozen(arrays)
+    def save(self, arrays: Arrays) -> list[Facts]:
+        """Return the facts for ``load``, and add the covariances to arrays."""
+        return [{'parent': parent, 'child': child} | one.save(arrays)
                 for (parent, child), one in self.by_edge.items()]
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'EdgeCovariances':
-        """Return the frozen covariances; they use the memory in place."""
+    def load(cls, saved: Saved) -> 'EdgeCovariances':
+        """Return the saved covariances; they use the memory in place."""
         twin = cls()
-        twin.by_edge = {(part.one('parent', str), part.one('child', str)): Uncertainty.thawed(part)
-                        for part in stored.parts(cls.key)}
+        twin.by_edge = {(part.one('parent', str), part.one('child', str)): Uncertainty.load(part)
+                        for part in saved.parts(cls.key)}
         return twin
 
 

@@ -17,7 +17,7 @@ import struct
 from typing import Any
 
 import numpy as np
-from tf_tree_py.core.edges.storage import Bytes
+from tf_tree_py.core.edges.saving import Bytes
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple

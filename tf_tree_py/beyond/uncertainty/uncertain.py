@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History
-from tf_tree_py.core.edges.storage import Bytes
+from tf_tree_py.core.edges.saving import Bytes
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.chain import join_branches

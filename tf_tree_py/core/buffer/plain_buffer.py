@@ -15,12 +15,13 @@ import warnings
 
 from .intake import Intake
 from .waiting import Deadline, Waiting, WallDeadline
+from ..edges.interpolation import checked_interpolation, Interpolation
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose, PoseLike, PosesLike
 from ..messages.guards import FutureGuard, JumpBack
 from ..messages.incidents import Incident, RefusedException, Statistics, TransformWarning
 from ..messages.observers import asked, Observers
-from ..messages.sample import admitted, Batch, checked_track, Sample
+from ..messages.sample import admitted, Batch, checked_frame, checked_track, Sample
 from ..stamp import from_seconds, LATEST
 from ..times import checked_cache_time, Stamp, StampsLike
 from ..tree.queries import Queries
@@ -144,6 +145,22 @@ class PlainBuffer(Queries):
         :param announced: whether observers were already notified of the message, with its topic.
         """
         return self.intake.take_batch(batch, authority, static, announced)
+
+    def set_interpolation(self, child_frame: str, interpolation: Interpolation) -> None:
+        """
+        Choose how a frame's edge moves between its samples, in place of ``Linear``.
+
+        It applies to samples that are stored, and that arrive later, until the frame is removed or
+        its edge becomes static or a curve. A gyroscope of the edge keeps measuring rotations.
+
+        :param child_frame: its samples may arrive later.
+        :param interpolation: see ``Interpolation``; it may be used for several edges.
+        :raises InvalidArgumentException: not an interpolation, or the edge is static or a curve.
+        """
+        child = checked_frame(child_frame)
+        with self._lock:
+            self._tree.interpolate(child, checked_interpolation(interpolation))
+        self.waiting.ask_again()
 
     def statistics(self) -> Statistics:
         """Return a copy of the counts."""

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The samples of one edge over time, in the kinds of history.
+The history of one edge: samples over time and the interpolation between them, or one pose.
 
-Also how each kind is stored in a file, and copied for lookups at many stamps. The tree defines
-which edges exist.
+Also how it is saved in a file, and copied for lookups at many stamps. The tree defines which
+edges exist.
 """

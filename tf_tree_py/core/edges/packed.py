@@ -15,7 +15,7 @@ from typing import cast, NamedTuple, overload, TypeVar
 
 import numpy as np
 
-from .storage import Arrays, Facts, Stored
+from .saving import Arrays, Facts, Saved
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER
@@ -68,8 +68,8 @@ class Names(Sequence[str]):
         return name in self._names
 
 
-def store(columns: Columns, parent: str | None, arrays: Arrays) -> Facts:
-    """Add columns to arrays, and return the facts for ``restored``."""
+def save_columns(columns: Columns, parent: str | None, arrays: Arrays) -> Facts:
+    """Add columns to arrays, and return the facts for ``load_columns``."""
     arrays.add(columns.stamps)
     arrays.add(columns.poses)
     facts: Facts = {'samples': len(columns.stamps)}
@@ -81,19 +81,19 @@ def store(columns: Columns, parent: str | None, arrays: Arrays) -> Facts:
     return facts | {'parents': names, 'ends': sorted(columns.ends)}
 
 
-def restored(stored: Stored) -> tuple[Columns, str | None]:
+def load_columns(saved: Saved) -> tuple[Columns, str | None]:
     """
     Return columns in place, and the parent of the newest sample.
 
     :raises ValueError: they are not valid for a history.
     """
-    count = stored.whole('samples')
-    stamps, poses = stored.integers(count), stored.floats(POSE_FLOATS * count)
-    if not stored.has('parents'):
+    count = saved.whole('samples')
+    stamps, poses = saved.integers(count), saved.floats(POSE_FLOATS * count)
+    if not saved.has('parents'):
         return (Columns(stamps, poses, None, ()),
-                stored.one('parent', str if count else type(None)))
-    names, ends = stored.many('parents', str), stored.many('ends', int)
-    codes = stored.codes(count)
+                saved.one('parent', str if count else type(None)))
+    names, ends = saved.many('parents', str), saved.many('ends', int)
+    codes = saved.codes(count)
     _check_structure(stamps, codes, len(names))
     parents = Names(codes, names)
     return (Columns(stamps, poses, parents, ends),
@@ -114,7 +114,6 @@ pack_pose = struct.Struct('7d').pack
 unpack_pose = struct.Struct('7d').unpack_from
 unpack_pair = struct.Struct('14d').unpack_from
 
-_Kind = TypeVar('_Kind', bound='PackedSamples')
 _Twin = TypeVar('_Twin', bound='PackedSamples')
 
 # Expired samples are removed in blocks: for fewer than this, moving the rest costs too much.
@@ -137,38 +136,47 @@ class PackedSamples:
     :ivar cache_time: the length of the window, nanoseconds.
     :ivar authority: the publisher of the last accepted sample.
     :ivar parent: the newest sample's parent; None without samples, and after an end.
-    :ivar latest_stamp: the newest stamp, nanoseconds; None without samples.
+    :ivar newest_stamp: of the newest sample, nanoseconds; None without samples.
+    :ivar latest_stamp: the last stamp for which the newest sample is valid: its own, or later.
     :ivar late: see ``MovingHistory``.
+    :ivar stamps: of all samples in memory, nanoseconds; those before ``first()`` have expired.
+    :ivar poses: likewise, seven floats for each.
+    :ivar parents: likewise; None if all are ``parent``.
     """
 
-    __slots__ = ('child', 'parent', 'latest_stamp', 'authority', 'cache_time', 'late',
-                 '_latest_pose', '_stamps', '_poses', '_parents', '_ends', '_start',
-                 '_horizon', '_tidy_after')
+    __slots__ = ('child', 'parent', 'newest_stamp', 'latest_stamp', 'authority', 'cache_time',
+                 'late', 'stamps', 'poses', 'parents', '_newest_pose', '_holds_for', '_ends',
+                 '_start', '_horizon', '_tidy_after')
 
     def __init__(self, child: str, cache_time: int, authority: str = '') -> None:
         self.child = child
         self.cache_time = cache_time
         self.authority = authority
         self.late = FOREVER
-        self.clear()
+        self._holds_for = 0
+        self._empty()
 
     def __len__(self) -> int:
-        return len(self._stamps) - self._first()
+        return len(self.stamps) - self.first()
 
     @property
     def oldest_stamp(self) -> int | None:
         """Return the oldest stamp in the window, nanoseconds; None without samples."""
-        return self._stamps[self._first()] if self._stamps else None
+        return self.stamps[self.first()] if self.stamps else None
 
     def clear(self) -> None:
         """Remove all samples."""
+        self._empty()
+
+    def _empty(self) -> None:
         self.parent: str | None = None
+        self.newest_stamp: int | None = None
         self.latest_stamp: int | None = None
         # The newest pose; None until it is unpacked, when first needed.
-        self._latest_pose: PoseTuple | None = None
-        self._stamps = array('q')
-        self._poses = array('d')
-        self._parents: list[str] | None = None
+        self._newest_pose: PoseTuple | None = None
+        self.stamps = array('q')
+        self.poses = array('d')
+        self.parents: list[str] | None = None
         # The edge ended at samples with these stamps: it has no data until the next sample. If
         # this set is not empty, parents are stored, too.
         self._ends: set[int] = set()
@@ -186,16 +194,16 @@ class PackedSamples:
         :param unpacked: the same as a tuple of plain floats, if the caller has it.
         :return: False in other cases, without any change: see ``insert``.
         """
-        latest = self.latest_stamp
-        if latest is None or stamp < latest or self._parents is not None:
+        latest = self.newest_stamp
+        if latest is None or stamp < latest or self.parents is not None:
             return False
         self._horizon = latest - self.cache_time
         if latest > self._tidy_after:
             self._tidy(latest)
-        self._stamps.append(stamp)
-        self._poses.frombytes(pose)
-        self.latest_stamp = stamp
-        self._latest_pose = unpacked
+        self.stamps.append(stamp)
+        self.poses.frombytes(pose)
+        self.newest_stamp, self.latest_stamp = stamp, stamp + self._holds_for
+        self._newest_pose = unpacked
         return True
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
@@ -208,7 +216,7 @@ class PackedSamples:
 
         :return: False if the sample was refused.
         """
-        latest = self.latest_stamp
+        latest = self.newest_stamp
         if latest is None:
             self._append(stamp, parent, pose)
             return True
@@ -237,71 +245,65 @@ class PackedSamples:
             its turn comes.
         :param poses: (n, 7) ``parent_T_child``, with unit quaternions.
         """
-        assert self.latest_stamp is not None
-        latest = max(self.latest_stamp, int(stamps[:-1].max(initial=BEGINNING)))
+        assert self.newest_stamp is not None
+        latest = max(self.newest_stamp, int(stamps[:-1].max(initial=BEGINNING)))
         self._horizon = latest - self.cache_time
         if (stamps[1:] < stamps[:-1]).any():
             stamps, poses = _in_order(stamps, poses)
-        if stamps[0] < self.latest_stamp:
+        if stamps[0] < self.newest_stamp:
             self.late = min(self.late, int(stamps[0]))
-            # Stored samples that are newer than the first new one are sorted with the new ones.
-            index = bisect_right(self._stamps, int(stamps[0]), self._first())
-            newer = np.array(self._poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
-            stamps, poses = _in_order(np.concatenate([self._stamps[index:], stamps]),
+            # Saved samples that are newer than the first new one are sorted with the new ones.
+            index = bisect_right(self.stamps, int(stamps[0]), self.first())
+            newer = np.array(self.poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
+            stamps, poses = _in_order(np.concatenate([self.stamps[index:], stamps]),
                                       np.concatenate([newer, poses]))
-            del self._stamps[index:]
-            del self._poses[index * POSE_FLOATS:]
-        self._stamps.frombytes(memoryview(np.ascontiguousarray(stamps)).cast('B'))
-        self._poses.frombytes(memoryview(np.ascontiguousarray(poses)).cast('B'))
-        self.latest_stamp = self._stamps[-1]
-        self._latest_pose = None
+            del self.stamps[index:]
+            del self.poses[index * POSE_FLOATS:]
+        self.stamps.frombytes(memoryview(np.ascontiguousarray(stamps)).cast('B'))
+        self.poses.frombytes(memoryview(np.ascontiguousarray(poses)).cast('B'))
+        self.newest_stamp = self.stamps[-1]
+        self.latest_stamp = self.newest_stamp + self._holds_for
+        self._newest_pose = None
         if latest > self._tidy_after:
             self._tidy(latest)
 
     def next_stamp(self, stamp: int) -> int:
         """Return the stamp of the first newer sample; ``FOREVER`` if there is none."""
-        after = bisect_right(self._stamps, stamp, self._first())
-        return self._stamps[after] if after < len(self._stamps) else FOREVER
+        after = bisect_right(self.stamps, stamp, self.first())
+        return self.stamps[after] if after < len(self.stamps) else FOREVER
 
-    def copy(self: _Kind) -> _Kind:
-        """Return an independent history with the same samples."""
-        return self.copied_into(type(self)(self.child, self.cache_time, self.authority))
+    def copy(self) -> 'PackedSamples':
+        """Return independent memory with the same samples."""
+        return self.copied_into(PackedSamples(self.child, self.cache_time, self.authority))
 
     def copied_into(self, twin: _Twin) -> _Twin:
         """Copy the samples to a history of another kind, and return it."""
-        twin.parent, twin.latest_stamp = self.parent, self.latest_stamp
-        twin._latest_pose, twin._start = self._latest_pose, self._start
-        twin._stamps, twin._poses = self._stamps[:], self._poses[:]
-        twin._parents = None if self._parents is None else self._parents[:]
+        twin.parent, twin.newest_stamp = self.parent, self.newest_stamp
+        twin.latest_stamp, twin._holds_for = self.latest_stamp, self._holds_for
+        twin._newest_pose, twin._start = self._newest_pose, self._start
+        twin.stamps, twin.poses = self.stamps[:], self.poses[:]
+        twin.parents = None if self.parents is None else self.parents[:]
         twin._ends = set(self._ends)
         twin._horizon, twin._tidy_after = self._horizon, self._tidy_after
         return twin
 
     def columns(self) -> Columns:
         """Return the memory of the window; no sample can be added while it is referenced."""
-        first = self._first()
-        stamps = cast('memoryview[int]', memoryview(self._stamps))[first:]
-        poses = cast('memoryview[float]', memoryview(self._poses))[first * POSE_FLOATS:]
+        first = self.first()
+        stamps = cast('memoryview[int]', memoryview(self.stamps))[first:]
+        poses = cast('memoryview[float]', memoryview(self.poses))[first * POSE_FLOATS:]
         ends = {end for end in self._ends if stamps and end >= stamps[0]}
         return Columns(stamps, poses,
-                       None if self._parents is None else self._parents[first:], ends)
+                       None if self.parents is None else self.parents[first:], ends)
 
-    def frozen(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``thawed``, and add the samples in the window to arrays."""
-        return store(self.columns(), self.parent, arrays)
-
-    @classmethod
-    def thawed(cls: type[_Kind], child: str, stored: Stored) -> _Kind:
-        """Return the frozen data; it uses the memory in place, and nothing can be added."""
-        history = cls(child, stored.cache_time)
-        columns, history.parent = restored(stored)
+    def lie_on(self, columns: Columns, parent: str | None) -> None:
+        """Use the memory of a file in place; nothing can be added."""
         # Memory views are read like arrays and lists.
-        history._stamps = cast('array[int]', columns.stamps)
-        history._poses = cast('array[float]', columns.poses)
-        history._parents = cast('list[str] | None', columns.parents)
-        history._ends = set(columns.ends)
-        history.latest_stamp = history._stamps[-1] if history._stamps else None
-        return history
+        self.stamps = cast('array[int]', columns.stamps)
+        self.poses = cast('array[float]', columns.poses)
+        self.parents = cast('list[str] | None', columns.parents)
+        self.parent, self._ends = parent, set(columns.ends)
+        self.newest_stamp = self.latest_stamp = self.stamps[-1] if self.stamps else None
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """
@@ -309,20 +311,36 @@ class PackedSamples:
 
         :return: stamps (n,) and poses (n, 7), n > 0.
         """
-        start = self._first()
-        begin = max(start, bisect_right(self._stamps, first, start) - 1)
-        end = max(begin + 1, bisect_right(self._stamps, last, begin) + 1)
+        begin = self.index_before(first)
+        end = max(begin + 1, bisect_right(self.stamps, last, begin) + 1)
         # An array cannot grow while numpy has a view of it, so this function returns only copies.
-        stamps = np.frombuffer(self._stamps, dtype=np.int64)
-        poses = np.frombuffer(self._poses).reshape(-1, POSE_FLOATS)
+        stamps = np.frombuffer(self.stamps, dtype=np.int64)
+        poses = np.frombuffer(self.poses).reshape(-1, POSE_FLOATS)
         return stamps[begin:end].copy(), poses[begin:end].copy()
+
+    def index_before(self, stamp: int) -> int:
+        """Return the index of the sample at or before a stamp; of the oldest if there is none."""
+        first = self.first()
+        return max(first, bisect_right(self.stamps, stamp, first) - 1)
+
+    def pose(self, index: int) -> PoseTuple:
+        """Return ``parent_T_child`` of a sample."""
+        return unpack_pose(self.poses, index * POSE_BYTES)
+
+    def joins(self, index: int) -> bool:
+        """Return whether the edge moves from a sample to the next, and does not jump or end."""
+        if index + 1 >= len(self.stamps) or self.stamps[index] == self.stamps[index + 1]:
+            return False
+        parents = self.parents
+        return parents is None or (parents[index] == parents[index + 1]
+                                   and self.stamps[index] not in self._ends)
 
     def set_poses(self, poses: Array) -> None:
         """Replace the poses (n, 7) of all n samples in the window."""
         # Not in place, because the memory of a file cannot be changed.
-        self._poses = array('d', self._poses[:self._first() * POSE_FLOATS])
-        self._poses.frombytes(poses.tobytes())
-        self._latest_pose = None
+        self.poses = array('d', self.poses[:self.first() * POSE_FLOATS])
+        self.poses.frombytes(poses.tobytes())
+        self._newest_pose = None
 
     def has_named(self, parent: str) -> bool:
         """Return whether a stored sample has a given parent."""
@@ -330,61 +348,61 @@ class PackedSamples:
 
     def _named(self) -> list[str]:
         """Return the parents of the stored samples."""
-        if self._parents is not None:
-            return self._parents
+        if self.parents is not None:
+            return self.parents
         return [] if self.parent is None else [self.parent]
 
     def _write_parents(self) -> None:
         """Store a parent for every sample from now on."""
-        if self._parents is None:
-            self._parents = self._named() * len(self._stamps)
+        if self.parents is None:
+            self.parents = self._named() * len(self.stamps)
 
     def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:
-        self._stamps.append(stamp)
-        self._poses.frombytes(pack_pose(*pose))
-        if self._parents is not None:
-            self._parents.append(parent)
-        self.latest_stamp = stamp
-        self._latest_pose = pose
+        self.stamps.append(stamp)
+        self.poses.frombytes(pack_pose(*pose))
+        if self.parents is not None:
+            self.parents.append(parent)
+        self.newest_stamp, self.latest_stamp = stamp, stamp + self._holds_for
+        self._newest_pose = pose
         self.parent = parent
 
     def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
         self.late = min(self.late, stamp)
-        index = bisect_right(self._stamps, stamp, self._first())
-        self._stamps.insert(index, stamp)
+        index = bisect_right(self.stamps, stamp, self.first())
+        self.stamps.insert(index, stamp)
         first = index * POSE_FLOATS
-        self._poses[first:first] = array('d', pose)
-        if self._parents is not None:
-            self._parents.insert(index, parent)
+        self.poses[first:first] = array('d', pose)
+        if self.parents is not None:
+            self.parents.insert(index, parent)
 
-    def _index_at(self, stamp: int) -> int | None:
+    def index_at(self, stamp: int) -> int | None:
         """Return the index of the sample at or before a stamp; None if there is no data for it."""
         if self.latest_stamp is None or stamp > self.latest_stamp:
             return None
-        first = self._first()
-        index = bisect_right(self._stamps, stamp, first) - 1
+        first = self.first()
+        index = bisect_right(self.stamps, stamp, first) - 1
         if index < first:
             return None
-        older_stamp = self._stamps[index]
+        older_stamp = self.stamps[index]
         return None if stamp > older_stamp in self._ends else index
 
-    def _first(self) -> int:
+    def first(self) -> int:
         """Return the index of the oldest sample that has not expired; 0 without samples."""
-        if self._stamps and self._stamps[self._start] < self._horizon:
-            self._start = bisect_left(self._stamps, self._horizon, self._start)
+        if self.stamps and self.stamps[self._start] < self._horizon:
+            self._start = bisect_left(self.stamps, self._horizon, self._start)
         return self._start
 
     def _tidy(self, latest: int) -> None:
         """Remove expired samples; repeat after an eighth of the window."""
-        start = self._first()
+        start = self.first()
         if start >= _MIN_BLOCK:
-            del self._stamps[:start]
-            del self._poses[:start * POSE_FLOATS]
-            if self._parents is not None:
-                del self._parents[:start]
-                self._ends = {end for end in self._ends if end >= self._stamps[0]}
-                if len(set(self._parents)) == 1 and not self._ends:
-                    self._parents = None
+            del self.stamps[:start]
+            del self.poses[:start * POSE_FLOATS]
+            if self.parents is not None:
+                del self.parents[:start]
+                self._ends = {end for end in self._ends if end >= self.stamps[0]}
+                if len(set(self.parents)) == 1 and not self._ends:
+                    self.parents = None
             self._start = 0
         self._tidy_after = latest + self.cache_time // 8
 

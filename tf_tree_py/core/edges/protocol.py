@@ -4,24 +4,19 @@
 """
 The interface of an edge's history to the tree, for all kinds; and its copy for many stamps.
 
-A kind defines how poses between samples are computed: static, interpolated, held, and others.
-The tree, the paths and the lookups at many stamps use only these protocols.
+The tree, the paths and the lookups at many stamps use only these protocols, never a class. An
+edge of samples chooses its poses between them by its ``Interpolation``; that needs no history of
+its own.
 
 A track is a copy of a history, with its own evaluation. It is made with the buffer's lock held,
-and used without it. The first axis of its poses is that of the seven coordinates, (7, ...),
-because numpy is fastest on long rows.
+and used without it.
 """
 
 from collections.abc import Iterator
-import math
 from typing import Protocol, TypeGuard
-
-import numpy as np
-import numpy.typing as npt
 
 from .packed import Columns
 from ..errors import ExtrapolationException
-from ..geometry import so3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..times import Stamps
@@ -65,116 +60,6 @@ class EdgeTrack(Protocol):
         """
 
 
-class ConstantTrack:
-    """An edge that never moves."""
-
-    knots: Stamps = np.empty(0, dtype=np.int64)
-
-    def __init__(self, pose: PoseTuple) -> None:
-        self._pose = np.array(pose)
-
-    def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the pose, (7, 1, ...)."""
-        return self._pose.reshape(7, *(1 for _ in stamps.shape))
-
-    @property
-    def reach(self) -> float:
-        """Return the distance of the child, metres."""
-        return math.hypot(*self._pose[:3])
-
-    def motion(self, knots: Stamps) -> tuple[float, float]:
-        """Return zeros, because it does not move."""
-        return 0.0, 0.0
-
-
-class HeldTrack:
-    """
-    Samples that are each valid until the next.
-
-    :param knots: (n,) nanoseconds, sorted, n > 0.
-    :param poses: (n, 7) ``parent_T_child``.
-    """
-
-    def __init__(self, knots: Stamps, poses: Array) -> None:
-        self.knots = knots
-        self._poses = np.ascontiguousarray(poses.T)
-
-    def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (7, ...) of the samples valid at stamps."""
-        return self._poses.take(self._before(stamps), axis=1)
-
-    @property
-    def reach(self) -> float:
-        """Return the largest distance of the child, metres."""
-        x, y, z = self._poses[:3]
-        return math.sqrt((x * x + y * y + z * z).max())
-
-    def motion(self, knots: Stamps) -> tuple[float, float]:
-        """Return zeros, because nothing moves between samples."""
-        return 0.0, 0.0
-
-    def _before(self, stamps: Stamps) -> npt.NDArray[np.intp]:
-        """Return the index of the last sample at or before each stamp."""
-        return self.knots.searchsorted(stamps, side='right') - 1
-
-
-class InterpolatedTrack(HeldTrack):
-    """
-    Samples with linear translation and rotation at constant speed between them.
-
-    :param knots: (n,) nanoseconds, sorted, n > 0.
-    :param poses: (n, 7) ``parent_T_child``.
-    """
-
-    def at(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """Return the poses (7, ...) interpolated between the samples before and after."""
-        before, after = self._around(stamps)
-        began = self.knots.take(before)
-        # The last sample is its own successor.
-        lengths = np.maximum(self.knots.take(after) - began, 1)
-        elapsed = stamps - began if since is None else (stamps - began) + since
-        return _between(self._poses.take(before, axis=1), self._poses.take(after, axis=1),
-                        elapsed / lengths)
-
-    def motion(self, knots: Stamps) -> tuple[float, float]:
-        """Return the largest angle and distance between successive knots."""
-        before, after = self._around(knots[:-1])
-        a, b = self._poses.take(before, axis=1), self._poses.take(after, axis=1)
-        parts = np.diff(knots) / np.maximum(self.knots.take(after) - self.knots.take(before), 1)
-        turns = 2.0 * np.arccos(np.minimum(np.abs(_dot(a[3:], b[3:])), 1.0))
-        steps = b[:3] - a[:3]
-        return (float((turns * parts).max()),
-                math.sqrt((np.square(steps * parts).sum(axis=0)).max()))
-
-    def _around(self, stamps: Stamps) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-        """Return the indices of the samples before and after each stamp."""
-        after = self.knots.searchsorted(stamps, side='right')
-        return after - 1, np.minimum(after, len(self.knots) - 1)
-
-
-def _between(a: Array, b: Array, ratio: Array) -> Array:
-    """Interpolate between poses (7, ...) as ``se3.interpolate_many`` and tf2 do."""
-    cosine = _dot(a[3:], b[3:])
-    if so3.is_half_turn(cosine).any():
-        first, second = (np.moveaxis(each[3:], 0, -1) for each in (a, b))
-        turned = so3.slerp_many(first, second, ratio, as_tf2=True)
-        return np.concatenate([(1.0 - ratio) * a[:3] + ratio * b[:3],
-                               np.moveaxis(turned, -1, 0)])
-    first, second = so3.slerp_weights_many(cosine, ratio, as_tf2=True)
-    poses = np.empty((7, *first.shape))
-    np.multiply(1.0 - ratio, a[:3], out=poses[:3])
-    poses[:3] += ratio * b[:3]
-    np.multiply(first, a[3:], out=poses[3:])
-    poses[3:] += second * b[3:]
-    return poses
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Sum in the order of the scalar form, because the last bit decides whether it is one."""
-    x, y, z, w = a * b
-    return np.asarray(x + y + z + w)
-
-
 # --- histories
 
 Stretch = tuple[str, int, int]
@@ -187,10 +72,11 @@ class History(Protocol):
 
     It is not thread-safe; the buffer's lock protects it.
 
+    These never change: if a static edge begins to move, the tree gives it another history.
+
     :ivar child: the frame whose history it is.
     :ivar authority: the publisher of the last accepted sample.
-    :ivar kind: a description of the kind. A history never changes its kind: if an edge of the
-        tree changes its kind, it gets a new history.
+    :ivar described_as: for texts, such as 'static'.
     :ivar is_static: whether the pose is the same at all times. For other histories ``moves``
         is true, and they are a ``MovingHistory``.
     :ivar takes_samples: whether samples can be added; a curve takes none.
@@ -198,7 +84,7 @@ class History(Protocol):
 
     child: str
     authority: str
-    kind: str
+    described_as: str
     is_static: bool
     takes_samples: bool
 
@@ -215,11 +101,19 @@ class History(Protocol):
 
     @property
     def oldest_stamp(self) -> int | None:
-        """Return the beginning of the span, nanoseconds; None without samples."""
+        """Return the earliest stamp with a pose, nanoseconds; None without samples."""
+
+    @property
+    def newest_stamp(self) -> int | None:
+        """Return the stamp of the newest sample, nanoseconds; ``LATEST`` for a static edge."""
 
     @property
     def latest_stamp(self) -> int | None:
-        """Return the end of the span, nanoseconds; ``LATEST`` for a static edge."""
+        """
+        Return the last stamp with a pose, nanoseconds; ``LATEST`` for a static edge.
+
+        It is the newest stamp, or later if the edge holds its newest sample for a while.
+        """
 
     # --- poses
 
@@ -334,7 +228,7 @@ class MovingHistory(History, Protocol):
         """
 
     def next_turn(self, stamp: int) -> int:
-        """Return how new the newest sample must be to change the result at a stamp."""
+        """Return what ``latest_stamp`` must reach to change the result at a stamp."""
 
     def fell_silent(self, stamp: int) -> bool:
         """Return whether the edge was silent so long before a stamp that it may have ended."""

@@ -96,7 +96,7 @@ class FutureGuard:
 
     def _was_reported(self, sample: Sample, histories: Mapping[str, History]) -> bool:
         history = histories.get(sample.child)
-        return history is not None and (history.latest_stamp or LATEST) > self.limit
+        return history is not None and (history.newest_stamp or LATEST) > self.limit
 
     def _incident(self, sample: Sample, authority: str) -> Incident:
         stamp = sample.stamp
@@ -229,5 +229,5 @@ class JumpBack:
             return False
         horizon = self._newest - self._limit
         alive = {child for child, history in histories.items()
-                 if not history.is_static and (history.latest_stamp or horizon - 1) >= horizon}
+                 if not history.is_static and (history.newest_stamp or horizon - 1) >= horizon}
         return 2 * len(alive & self._gone_back) > len(alive)

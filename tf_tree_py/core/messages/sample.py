@@ -349,7 +349,7 @@ class SampleTrack(NamedTuple):
 
     def is_within(self, history: MovingHistory) -> bool:
         """Return whether no sample is older than the history's window when it is inserted."""
-        window, latest = history.cache_time, history.latest_stamp
+        window, latest = history.cache_time, history.newest_stamp
         assert latest is not None
         if not len(self.stamps):
             return True

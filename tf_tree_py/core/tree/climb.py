@@ -66,9 +66,9 @@ def climb(histories: Histories, frame: str, stamp: int | None, stop: Container[s
 
 
 def _parent(history: History | None, stamp: int | None) -> str | None:
-    if history is None or stamp is None:
-        return history.parent if history else None
-    return history.parent_at(stamp)
+    if history is None:
+        return None
+    return history.parent if stamp is None else history.parent_at(stamp)
 
 
 class Branches(NamedTuple):

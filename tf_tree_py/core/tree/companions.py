@@ -4,15 +4,18 @@
 """
 Data beside the samples of a tree's edges, such as covariances.
 
-A tree has at most one companion of each kind, copies and saves it with the samples, and does not
-know which kinds exist. Each kind registers itself, so that files can contain it.
+A tree has at most one companion of each class, copies and saves it with the samples, and does not
+know which classes exist.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from ..edges.protocol import History
-from ..edges.storage import Arrays, Stored
+from ..edges.saving import Arrays, Saved
+
+COMPANIONS: dict[str, type['Companion']] = {}
+"""The classes that files can contain, by key."""
 
 
 class Companion:
@@ -24,10 +27,15 @@ class Companion:
 
     It is not thread-safe; the buffer's lock protects it.
 
-    :cvar key: its name in the header of a file.
+    :cvar key: its name in the header of a file; '' for one that is not saved.
     """
 
     key: ClassVar[str] = ''
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if cls.key:
+            COMPANIONS[cls.key] = cls
 
     def copy(self) -> 'Companion | None':
         """Return an independent copy for a copy of the tree; None: that tree gets none."""
@@ -42,26 +50,14 @@ class Companion:
     def structure_changed(self) -> None:
         """Remove what depends on the parents of frames."""
 
-    def frozen(self, arrays: Arrays) -> Any:
-        """Return facts for ``thawed``, of types that JSON supports, and add its arrays."""
+    def save(self, arrays: Arrays) -> Any:
+        """Return facts for ``load``, of types that JSON supports, and add its arrays."""
 
     @classmethod
-    def thawed(cls, stored: Stored) -> 'Companion':
+    def load(cls, saved: Saved) -> 'Companion':
         """
-        Return the companion from the header ``stored``, in which ``key`` has its facts.
+        Return the companion from the header, in which ``key`` has its facts.
 
         :raises ValueError: the facts are not valid for it.
         """
-        raise ValueError(f'{cls.key!r} cannot be stored')
-
-
-COMPANIONS: dict[str, type[Companion]] = {}
-"""The kinds that files can contain, by key."""
-
-_Kind = TypeVar('_Kind', bound=type[Companion])
-
-
-def storable(kind: _Kind) -> _Kind:
-    """Register a kind of companion that files can contain: a decorator of its class."""
-    COMPANIONS[kind.key] = kind
-    return kind
+        raise ValueError(f'{cls.key!r} cannot be loaded')

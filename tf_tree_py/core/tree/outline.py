@@ -17,17 +17,17 @@ from ..times import Stamps
 
 def stamps_of(history: History | None) -> Stamps:
     """Return the sorted stamps (N,) of an edge's samples; none for a static edge."""
-    if history is None or history.oldest_stamp is None or history.latest_stamp is None:
+    if history is None or history.oldest_stamp is None or history.newest_stamp is None:
         return np.empty(0, dtype=np.int64)
-    return history.track(history.oldest_stamp, history.latest_stamp).knots
+    return history.track(history.oldest_stamp, history.newest_stamp).knots
 
 
 def samples_around(history: History | None, stamp: int) -> list[tuple[int, Pose]]:
     """Return the samples of an edge at or next to a stamp; see ``Queries.samples_around``."""
     if not moves(history) or history.oldest_stamp is None:
         return []
-    assert history.latest_stamp is not None
-    inside = min(max(stamp, history.oldest_stamp), history.latest_stamp)
+    assert history.newest_stamp is not None
+    inside = min(max(stamp, history.oldest_stamp), history.newest_stamp)
     knots = history.track(inside, inside).knots.tolist()
     around = {max((knot for knot in knots if knot <= inside), default=inside),
               min((knot for knot in knots if knot >= inside), default=inside)}
@@ -166,4 +166,4 @@ def info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
 def info_of(parent: str, history: History) -> EdgeInfo:
     """Return the stored data of an edge."""
     return EdgeInfo(parent, history.child, history.authority, history.is_static, len(history),
-                    history.oldest_stamp or 0, history.latest_stamp or 0)
+                    history.oldest_stamp or 0, history.newest_stamp or 0)

@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..edges.histories import StaticHistory
 from ..edges.protocol import EdgeTrack, History, moves, MovingHistory
+from ..edges.static import StaticHistory
 from ..errors import ExtrapolationException
 from ..geometry import se3, so3
 from ..geometry.chain import join_branches, PoseTuple
@@ -233,22 +233,14 @@ class Path:
         return self._steps
 
     def latest_common_time(self) -> int:
-        """
-        Return the newest stamp for which every moving edge has data.
-
-        :return: nanoseconds; ``LATEST`` if all edges are static.
-        """
-        common = FOREVER
-        for edge in self._dynamic:
-            stamp = edge.latest_stamp
-            if stamp is not None and stamp < common:
-                common = stamp
-        return LATEST if common == FOREVER else common
+        """Return the newest time for which every edge has data; see ``latest_common``."""
+        return latest_common(self._dynamic)
 
     def slowest_edges(self) -> list[MovingHistory]:
         """Return the edges whose newest sample limits the latest common time."""
         common = self.latest_common_time()
-        return [edge for edge in self._dynamic if edge.latest_stamp == common]
+        return [edge for edge in self._dynamic
+                if common in (edge.latest_stamp, edge.newest_stamp)]
 
     def span(self) -> tuple[int, int]:
         """Return the oldest and the newest stamp for which every moving edge has data."""
@@ -313,6 +305,29 @@ class Path:
             for step in self.steps()]
 
 
+def latest_common(edges: Iterable[MovingHistory]) -> int:
+    """
+    Return the newest stamp for which every edge has data, at most that of the newest sample.
+
+    So an edge that holds its newest sample does not make others older, and nothing is answered
+    for a time of which no edge knows anything yet.
+
+    :param edges: that move; those without samples are left out.
+    :return: nanoseconds; ``LATEST`` if there is none.
+    """
+    common, slowest = FOREVER, None
+    for edge in edges:
+        stamp = edge.latest_stamp
+        if stamp is not None and stamp < common:
+            common, slowest = stamp, edge
+    if slowest is None:
+        return LATEST
+    if slowest.newest_stamp != common:
+        common = min(common, max(edge.newest_stamp for edge in edges
+                                 if edge.newest_stamp is not None))
+    return common
+
+
 def edge_to_blame(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     """
     Return the worst of some edges without data for a stamp.
@@ -336,7 +351,8 @@ def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:
     parts: list[History] = []
     for edge in reversed(edges):
         above = parts[-1] if parts else None
-        if above and above.parent and above.is_static and edge.is_static:
+        if (above is not None and above.parent is not None and above.is_static
+                and edge.is_static):
             parts[-1] = StaticHistory(edge.child, above.parent, se3.compose(
                 above.sample(LATEST), edge.sample(LATEST)))
         else:

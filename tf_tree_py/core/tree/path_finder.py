@@ -9,10 +9,8 @@ until the structure of the tree changes. The poses of all frames in one of them 
 one pass over the tree.
 """
 
-from functools import partial
-
 from .climb import blockers, Branches, climb, climb_both
-from .path import edge_to_blame, Path
+from .path import edge_to_blame, latest_common, Path
 from ..edges.protocol import History, moves
 from ..errors import (
     ANY_STRUCTURE,
@@ -20,21 +18,16 @@ from ..errors import (
     Blocker,
     ConnectivityException,
     ExtrapolationException,
-    Hint,
     InvalidArgumentException,
     LookupException,
     TransformException,
 )
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
-from ..stamp import LATEST
-from ..text import known_names
+from ..hints import unconnected, unknown_frame
 
 # The maximum number of cached paths; all are removed when it is reached.
 _MAX_PATHS = 20_000
-
-_UNCONNECTED = 'Tf has two or more unconnected trees'
-_LISTS = 'tf_doctor lists the trees, and names that differ only in case or separators'
 
 
 class PathFinder:
@@ -177,17 +170,12 @@ class PathFinder:
         if frame not in self._frames:
             raise LookupException(
                 f'"{frame}" passed to {query} argument {argument} does not exist',
-                hint=self._known_frames(frame),
-                live_hint='' if self._frames else self.when_empty, blocked_on=ANY_STRUCTURE)
+                hint=unknown_frame(frame, self._frames, self.when_empty),
+                blocked_on=ANY_STRUCTURE)
 
     def _check_frames(self, target: str, source: str) -> None:
         self.check_frame('target_frame', target)
         self.check_frame('source_frame', source)
-
-    def _known_frames(self, frame: str) -> Hint:
-        if not self._frames:
-            return 'The buffer is empty'
-        return partial(known_names, frame, tuple(self._frames))
 
     def branches(self, target: str, source: str, stamp: int | None) -> Branches:
         """
@@ -214,9 +202,7 @@ class PathFinder:
                 f'Could not find a connection between {target!r} and {source!r} because they '
                 f'are not part of the same tree: the root of {target!r} is '
                 f'{branches.target.top!r}, that of {source!r} is {branches.source.top!r}',
-                hint=f'{_UNCONNECTED}: no edge joins them. {_LISTS}',
-                live_hint=f'{_UNCONNECTED}: which node should publish the edge between them? '
-                f'{_LISTS}')
+                hint=unconnected)
         error.blocked_on = ANY_STRUCTURE if stamp is None else blockers(
             self._histories, target, source, stamp)
         return error
@@ -277,12 +263,11 @@ class Spanning:
             poses[frame] = se3.compose(poses[known], se3.inverse(pose) if upwards else pose)
         return poses
 
-    def newest_of_all(self, target: str) -> int:
+    def latest_of_all(self, target: str) -> int:
         """Return the newest time for which all moving edges of a frame's tree have data, or 0."""
         self._paths.check_frame('target_frame', target)
-        stamps = [history.latest_stamp for history, *_ in self._steps_from(target, None)
-                  if not history.is_static and history.latest_stamp is not None]
-        return min(stamps, default=LATEST)
+        return latest_common([history for history, *_ in self._steps_from(target, None)
+                              if moves(history)])
 
     def _steps_from(self, target: str, stamp: int | None) -> list[_Step]:
         """Return the edges in an order in which one end of each edge is already known."""

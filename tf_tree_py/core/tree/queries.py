@@ -15,7 +15,7 @@ from typing import Any, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
-from .frozen import freeze, Frozen, thaw, write_frozen
+from .files import load_tree, save_file, saved_tree, SavedTree
 from .many_stamps import poses_at, refuse_missing, warn_of_units
 from .outline import as_html, EdgeInfo, info_at, info_of, samples_around, stamps_of, summary
 from .tree import Tree
@@ -205,7 +205,7 @@ class Queries:
         """Return the stamp of a frame's transform to itself; ``LATEST`` is its newest."""
         if stamp != LATEST or frame not in self._tree.histories:
             return stamp
-        return self._tree.histories[frame].latest_stamp or LATEST
+        return self._tree.histories[frame].newest_stamp or LATEST
 
     def frames_between(self, target_frame: str, source_frame: str,
                        stamp: Stamp = LATEST) -> list[str]:
@@ -309,7 +309,7 @@ class Queries:
         stamp = self._stamp_of(stamp)
         with self._lock, FramesInErrors(self._tree, target_frame, None):
             if stamp == LATEST:
-                stamp = self._tree.spanning.newest_of_all(target_frame)
+                stamp = self._tree.spanning.latest_of_all(target_frame)
             poses = self._tree.spanning.poses_from(target_frame, stamp)
         return {frame: Pose._make(pose) for frame, pose in poses.items()}
 
@@ -335,12 +335,12 @@ class Queries:
         :raises TreeFileError: the file cannot be written, or a curve is of a kind that files do
             not support: see ``Curve``.
         """
-        write_frozen(self._frozen(checksum=True), path)
+        save_file(self._saved(checksum=True), path)
 
-    def _frozen(self, *, checksum: bool = False) -> Frozen:
+    def _saved(self, *, checksum: bool = False) -> SavedTree:
         with self._lock:
             still = self._tree.copy()
-        return freeze(still, checksum=checksum)
+        return saved_tree(still, checksum=checksum)
 
     def frames(self) -> list[str]:
         """Return every frame name, in order of first appearance."""
@@ -413,15 +413,15 @@ class PlainSnapshot(Queries):
         """Return this snapshot, because it never changes."""
         return self
 
-    def _frozen(self, *, checksum: bool = False) -> Frozen:
+    def _saved(self, *, checksum: bool = False) -> SavedTree:
         with self._lock:  # protects the caches of histories; the samples never change
-            return freeze(self._tree, checksum=checksum)
+            return saved_tree(self._tree, checksum=checksum)
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {**self.__dict__, '_tree': self._frozen().as_bytes()}
+        state = {**self.__dict__, '_tree': self._saved().as_bytes()}
         del state['_lock']
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, _tree=thaw(state['_tree']))
+        self.__dict__.update(state, _tree=load_tree(state['_tree']))
         self._lock = fork_locks.rlock()

@@ -17,9 +17,11 @@ from typing import cast, TypeVar
 from .climb import Cleared, find_loop, Loop
 from .companions import Companion
 from .path_finder import PathFinder, Spanning
-from ..edges.histories import DynamicHistory, StaticHistory
+from ..edges.interpolation import Interpolation
 from ..edges.packed import pack_pose
 from ..edges.protocol import History, moves, MovingHistory
+from ..edges.samples import interpolated, Samples
+from ..edges.static import StaticHistory
 from ..errors import TransformException
 from ..geometry.poses import is_sound
 from ..geometry.se3 import PoseTuple
@@ -112,7 +114,7 @@ class Tree:
         known = []
         for parent, child in edges:
             history = self.histories.get(child)
-            known.append(history if history and history.parent == parent else None)
+            known.append(history if history is not None and history.parent == parent else None)
         # Not cached with an unknown edge: it may always be refused, and its names may be long.
         if None not in known:
             if (len(self._known) >= _MAX_KNOWN
@@ -131,7 +133,7 @@ class Tree:
         :return: refusals and remarks; nearly always empty.
         """
         history = self.histories.get(child)
-        if history is not None and history.kind == _kind_of(static) and (
+        if history is not None and history.is_static == static and history.takes_samples and (
                 history.continues(parent, stamp, pose) or history.is_too_old(stamp)):
             if history.insert(stamp, parent, pose):
                 history.authority = authority
@@ -172,20 +174,32 @@ class Tree:
             self.histories[history.child] = history
             self._structure_changed()
 
+    def interpolate(self, child: str, interpolation: Interpolation) -> None:
+        """
+        Choose the interpolation of an edge, which need not have samples yet.
+
+        :raises InvalidArgumentException: the edge is static or a curve.
+        """
+        self.histories[child] = interpolated(
+            self.histories.get(child), child, self.cache_time, interpolation)
+        self._structure_changed()
+
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
-        incidents = self._let_in(history, parent, child, stamp, authority, _kind_of(static),
+        kind = StaticHistory if static else Samples
+        incidents = self._let_in(history, parent, child, stamp, authority, kind.described_as,
                                  _time_of(history, stamp, static))
         if incidents and incidents[-1].refused:
             return incidents
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
         else:
-            if history is None or history.kind != DynamicHistory.kind:
-                history = DynamicHistory(child, self.cache_time)
+            if history is None or history.is_static or not history.takes_samples:
+                history = Samples(child, self.cache_time)
+            newest = history.newest_stamp
             unchanged = (not history.fixed_parent and history.parent == parent
-                         and history.latest_stamp is not None and stamp >= history.latest_stamp)
+                         and newest is not None and stamp >= newest)
             history.insert(stamp, parent, pose)
             history.authority = authority
             self.histories[child] = history
@@ -203,7 +217,7 @@ class Tree:
         :return: refusals and remarks; nearly always empty.
         """
         incidents = self._let_in(self.histories.get(history.child), parent, history.child, begin,
-                                 authority, history.kind, (begin, FOREVER))
+                                 authority, history.described_as, (begin, FOREVER))
         if incidents and incidents[-1].refused:
             return incidents
         self.histories[history.child] = history
@@ -211,7 +225,7 @@ class Tree:
         return incidents
 
     def _let_in(self, history: History | None, parent: str, child: str, stamp: int,
-                authority: str, kind: str, time: tuple[int, int]) -> list[Incident]:
+                authority: str, described_as: str, time: tuple[int, int]) -> list[Incident]:
         """
         Return the refusal of an edge, or remarks on it.
 
@@ -238,7 +252,8 @@ class Tree:
             edge.end()
         if silent:
             self._structure_changed()
-        return incidents + self._remarks.on(history, parent, child, stamp, authority, kind)
+        return incidents + self._remarks.on(
+            history, parent, child, stamp, authority, described_as)
 
     def _hung(self, parent: str, child: str) -> None:
         """Add the frames of an edge, and remove all cached paths."""
@@ -342,10 +357,6 @@ class Tree:
         return True
 
 
-def _kind_of(static: bool) -> str:
-    return StaticHistory.kind if static else DynamicHistory.kind
-
-
 def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
     """Return the interval in which a new sample would determine the parent."""
     if static:
@@ -362,12 +373,12 @@ _MAX_FIGHTS = 1_000
 def silent_edge_ended(edge: MovingHistory, parent: str, child: str, stamp: int,
                       authority: str) -> Incident:
     """Return the incident of a new edge that reverses a silent one."""
-    assert edge.latest_stamp is not None
+    assert edge.newest_stamp is not None
     return Incident(
         Kind.SILENT_EDGE_ENDED, parent, child, stamp, authority,
         f'it reverses the edge {edge.parent!r} -> {edge.child!r} from '
         f'{edge.authority!r}, whose newest sample is '
-        f'{format_span(stamp - edge.latest_stamp)} older; that edge ends there, and its past '
+        f'{format_span(stamp - edge.newest_stamp)} older; that edge ends there, and its past '
         'is still available')
 
 
@@ -386,13 +397,13 @@ def loop_closed(loop: Loop, child: str, stamp: int, authority: str) -> Incident:
 def too_old(history: History, parent: str, stamp: int, authority: str,
             cache_time: int) -> Incident:
     """Return the incident of a sample that was refused because it is older than the window."""
-    assert history.latest_stamp is not None
+    assert history.newest_stamp is not None
     return Incident(
         Kind.OLD_DATA, parent, history.child, stamp, authority,
-        f'its stamp {format_stamp(stamp)} is {format_span(history.latest_stamp - stamp)} '
-        f'older than the newest, {format_stamp(history.latest_stamp)}, and the buffer keeps '
+        f'its stamp {format_stamp(stamp)} is {format_span(history.newest_stamp - stamp)} '
+        f'older than the newest, {format_stamp(history.newest_stamp)}, and the buffer keeps '
         f'{format_span(cache_time)}; the last publisher was {history.authority!r}',
-        history.latest_stamp)
+        history.newest_stamp)
 
 
 class Remarks:
@@ -402,15 +413,16 @@ class Remarks:
         self._fights: set[tuple[str, str]] = set()
 
     def on(self, history: History | None, parent: str, child: str, stamp: int,
-           authority: str, kind: str) -> list[Incident]:
+           authority: str, described_as: str) -> list[Incident]:
         """Return remarks on an accepted sample; each conflict about a parent only once."""
         if history is None or history.parent is None:
             return []
         remarks = []
-        if history.kind != kind:
+        if history.described_as != described_as:
             remarks.append(Incident(
                 Kind.KIND_CHANGE, parent, child, stamp, authority,
-                f'it was {history.kind} from {history.authority!r} and is now {kind}; '
+                f'it was {history.described_as} from {history.authority!r} and is now '
+                f'{described_as}; '
                 'its stored samples were removed'))
         if history.parent != parent and (child, parent) not in self._fights and (
                 history.authority != authority or _goes_back(history, parent, authority)):

@@ -4,7 +4,7 @@
 """
 The parts of a frozen history: facts for a header, and arrays after it.
 
-Each kind of history chooses its facts and arrays, and can be restored from them. ``tree.frozen``
+Each kind of history chooses its facts and arrays, and can be restored from them. ``tree.files``
 defines the format of a file.
 """
 
@@ -41,7 +41,7 @@ class Arrays:
             self.parts += [data.cast('B'), bytes(-data.nbytes % ALIGNMENT)]
 
 
-class Stored:
+class Saved:
     """
     The stored facts and arrays of a history; they may come from a damaged or hostile file.
 
@@ -57,16 +57,16 @@ class Stored:
         self._rest = [data]  # a list, because parts share it and take from it, too
         self.cache_time = cache_time
 
-    def part(self, key: str) -> 'Stored':
+    def part(self, key: str) -> 'Saved':
         """Return a stored part, whose arrays come next."""
         return self._part(self._facts.get(key))
 
-    def parts(self, key: str) -> 'Iterator[Stored]':
+    def parts(self, key: str) -> 'Iterator[Saved]':
         """Yield several stored parts, whose arrays come in the same order."""
         return map(self._part, self.one(key, list))
 
-    def _part(self, facts: object) -> 'Stored':
-        part = Stored(facts, memoryview(b''), self.cache_time)
+    def _part(self, facts: object) -> 'Saved':
+        part = Saved(facts, memoryview(b''), self.cache_time)
         part._rest = self._rest
         return part
 

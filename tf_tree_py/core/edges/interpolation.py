@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+How an edge moves between its samples, and for how long it holds the newest one.
+
+This is the seam for other policies: an object that a history of samples asks, not a kind of
+history. ``Linear`` is tf2's, and that of nearly all edges.
+
+An interpolation reads the samples and never changes them. It is called with the buffer's lock
+held, from any thread. One object may serve many edges, unless it keeps data of an edge: then
+``copy`` must return an independent one.
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from .packed import PackedSamples, POSE_BYTES, unpack_pair
+from .protocol import EdgeTrack
+from .saving import Arrays, Facts, Saved
+from .tracks import InterpolatedTrack, OneByOneTrack
+from ..errors import InvalidArgumentException, TreeFileError
+from ..geometry.chain import between_samples, PoseTuple
+
+
+class Interpolation:
+    """
+    The poses between samples; a subclass defines ``between``.
+
+    :cvar name: its name in files; a class that has nothing to save needs no more for them.
+    :cvar by_name: all classes that have a name.
+    :ivar holds_for: how long the newest sample is valid after its stamp, nanoseconds. It must not
+        change.
+    """
+
+    name: ClassVar[str] = ''
+    by_name: 'ClassVar[dict[str, type[Interpolation]]]' = {}
+    holds_for: int = 0
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if 'name' in cls.__dict__:
+            cls.by_name[cls.name] = cls
+
+    def between(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
+        """
+        Return ``parent_T_child`` at a stamp between two samples with the same parent.
+
+        :param samples: of the edge: ``stamps[index]`` is less than the stamp, and
+            ``stamps[index + 1]`` is greater; ``pose(index)`` returns a pose.
+        :param stamp: nanoseconds.
+        """
+        raise NotImplementedError(f'{type(self).__name__} must define between()')
+
+    def track(self, samples: PackedSamples, first: int, last: int) -> EdgeTrack:
+        """
+        Return a copy of the data for lookups at many stamps, all from ``first`` to ``last``.
+
+        By default it calls ``between`` for each stamp.
+        """
+        return OneByOneTrack(*samples.copy_between(first, last),
+                             _on_a_copy(self.copy().between, samples, first))
+
+    # --- only for data of the edge
+
+    def copy(self) -> 'Interpolation':
+        """Return this object, or an independent one if it has data of the edge."""
+        return self
+
+    def clear(self) -> None:
+        """Remove the data of the edge, whose samples were removed."""
+
+    def forget(self) -> None:
+        """Remove what was computed from samples, because some of them have changed."""
+
+    def followed_by(self, other: 'Interpolation') -> 'Interpolation':
+        """Return what replaces it if a caller chooses another interpolation for the edge."""
+        return other
+
+    def save(self, arrays: Arrays) -> Facts:
+        """Return facts for ``load``, of types that JSON supports, and add arrays."""
+        return {}
+
+    @classmethod
+    def load(cls, saved: Saved) -> 'Interpolation':
+        """
+        Return a saved interpolation.
+
+        :raises ValueError: the facts are not valid for it.
+        """
+        return cls()
+
+
+def _on_a_copy(between: Callable[[PackedSamples, int, int], PoseTuple], samples: PackedSamples,
+               first: int) -> Callable[[int, int], PoseTuple]:
+    """Return a function of an index, counted from the sample before ``first``, and a stamp."""
+    twin = samples.copy()
+    begin = twin.index_before(first)
+    return lambda index, stamp: between(twin, begin + index, stamp)
+
+
+class Linear(Interpolation):
+    """Linear translation, and rotation at constant speed the short way, as in tf2."""
+
+    name = 'linear'
+
+    def between(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
+        """Return the pose at a stamp between two samples; see ``between_samples``."""
+        return between_samples(unpack_pair(samples.poses, index * POSE_BYTES), stamp,
+                               samples.stamps[index], samples.stamps[index + 1])
+
+    def track(self, samples: PackedSamples, first: int, last: int) -> EdgeTrack:
+        """Return a copy of the samples that lookups between two stamps need."""
+        if not is_linear(self):
+            return super().track(samples, first, last)
+        return InterpolatedTrack(*samples.copy_between(first, last))
+
+
+LINEAR = Linear()
+
+
+def is_linear(interpolation: Interpolation) -> bool:
+    """Return whether the poses between samples are those of ``Linear``."""
+    return type(interpolation).between is Linear.between
+
+
+def checked_interpolation(given: object) -> Interpolation:
+    """
+    Return a caller's interpolation.
+
+    :raises InvalidArgumentException: it is none, or its ``holds_for`` is not a span of time.
+    """
+    if not isinstance(given, Interpolation):
+        hint = ': pass an object, not the class' if isinstance(given, type) else ''
+        raise InvalidArgumentException(f'{given!r} is not an Interpolation{hint}')
+    if type(given.holds_for) is not int or given.holds_for < 0:
+        raise InvalidArgumentException(
+            f'holds_for of {type(given).__name__} is {given.holds_for!r}, and must be integer '
+            'nanoseconds, at least 0')
+    return given
+
+
+# --- files
+
+def save_interpolation(interpolation: Interpolation, arrays: Arrays) -> Facts:
+    """
+    Return facts for ``load_interpolation``, and add arrays.
+
+    :raises TreeFileError: its class has no name of its own.
+    """
+    kind = type(interpolation)
+    named = Interpolation.by_name.get(kind.name)
+    # By its full name, because a notebook may have defined the class once more.
+    if named is None or (named.__module__, named.__qualname__) != (
+            kind.__module__, kind.__qualname__):
+        raise TreeFileError(
+            f'its interpolation {kind.__name__} needs a name for files, such as '
+            "name = 'my policy' in its class")
+    return {'name': kind.name} | interpolation.save(arrays)
+
+
+def load_interpolation(saved: Saved) -> Interpolation:
+    """
+    Return a saved interpolation.
+
+    :raises ValueError: its class is not known here, or the facts are not valid for it.
+    """
+    name = saved.one('name', str)
+    if name not in Interpolation.by_name:
+        raise ValueError(f'it contains an edge with the interpolation {name!r}, which is not '
+                         'defined here: import the module that defines it first')
+    loaded = Interpolation.by_name[name].load(saved)
+    checked_interpolation(loaded)
+    return loaded

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The history of an edge that never moves: one pose, valid at all times."""
+
+from array import array
+from collections.abc import Iterator
+
+import numpy as np
+
+from .protocol import Stretch
+from .saving import Arrays, Facts, Saved
+from .tracks import ConstantTrack
+from ..geometry.chain import PoseTuple
+from ..geometry.so3 import Array
+from ..stamp import BEGINNING, FOREVER, LATEST
+from ..times import Stamps
+
+
+class StaticHistory:
+    """One edge that never moves; see ``History``."""
+
+    __slots__ = ('child', 'parent', 'pose', 'authority')
+
+    described_as = 'static'
+    is_static = True
+    takes_samples = True
+    fixed_parent = True
+    oldest_stamp = LATEST
+    newest_stamp = LATEST
+    latest_stamp = LATEST
+
+    def __init__(self, child: str, parent: str, pose: PoseTuple, authority: str = '') -> None:
+        self.child = child
+        self.parent = parent
+        self.pose = pose
+        self.authority = authority
+
+    def __len__(self) -> int:
+        return 1
+
+    def sample(self, stamp: int) -> PoseTuple:
+        """Return ``parent_T_child``, the same at every stamp."""
+        return self.pose
+
+    def neighbours(self, first: int, last: int) -> tuple[float, ...]:
+        """Return the pose twice."""
+        return self.pose + self.pose
+
+    def track(self, first: int, last: int) -> ConstantTrack:
+        """Return a track with the pose for any stamps."""
+        return ConstantTrack(self.pose)
+
+    def twists(self, stamps: Stamps) -> Array:
+        """Return zeros, because it does not move."""
+        return np.zeros((len(stamps), 6))
+
+    def parent_at(self, stamp: int) -> str:
+        """Return the parent, the same at every stamp."""
+        return self.parent
+
+    def possible_parents(self, stamp: int) -> set[str]:
+        """Return the only parent."""
+        return {self.parent}
+
+    def parents_between(self, begin: int, end: int) -> Iterator[Stretch]:
+        """Yield the only parent, for all time."""
+        yield self.parent, BEGINNING, FOREVER
+
+    def has_named(self, parent: str) -> bool:
+        """Return whether this is the parent."""
+        return parent == self.parent
+
+    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
+        """Return False: a static edge has no next sample."""
+        return False
+
+    def continues(self, parent: str, stamp: int, pose: PoseTuple) -> bool:
+        """Return whether a sample equals the stored one, as static broadcasters repeat it."""
+        return parent == self.parent and pose == self.pose
+
+    def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
+        """Replace the stored sample, regardless of the stamp."""
+        self.parent, self.pose = parent, pose
+        return True
+
+    def is_too_old(self, stamp: int) -> bool:
+        """Return False: it is valid at all times."""
+        return False
+
+    def next_stamp(self, stamp: int) -> int:
+        """Return ``FOREVER``: there is no newer sample."""
+        return FOREVER
+
+    def clear(self) -> None:
+        """Keep the sample: a static edge stays, as in tf2."""
+
+    def copy(self) -> 'StaticHistory':
+        """Return an independent copy."""
+        return StaticHistory(self.child, self.parent, self.pose, self.authority)
+
+    def save(self, arrays: Arrays) -> Facts:
+        """Return the facts for ``load``, and add the pose to arrays."""
+        arrays.add(array('d', self.pose))
+        return {'parent': self.parent}
+
+    @classmethod
+    def load(cls, child: str, saved: Saved) -> 'StaticHistory':
+        """Return the saved history."""
+        x, y, z, qx, qy, qz, qw = saved.floats(7)
+        return cls(child, saved.one('parent', str), (x, y, z, qx, qy, qz, qw))
