@@ -165,7 +165,7 @@ def test_waiting_ends_when_the_spline_has_grown(buffer):
     waiter = threading.Thread(target=lambda: found.append(
         buffer.lookup_within(60.0, 'odom', 'imu', int(more[100]))))
     waiter.start()
-    buffer.waiting._waiters.somebody.wait(PATIENCE_S)
+    assert buffer.waiting.sleep_until_somebody(PATIENCE_S)
     buffer.insert_curve('odom', 'imu', fitter.add(more[:50], wave(more[:50])))
     assert len(buffer.waiting) == 1
     buffer.insert_curve('odom', 'imu', fitter.add(more[50:], wave(more[50:])))

@@ -21,7 +21,7 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.buffer import waiting
-from tf_tree_py.core.buffer.waiting import Inquiry, Waiter, Waiters
+from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
 from tf_tree_py.core.messages.sample import Batch
@@ -33,13 +33,13 @@ LONG_S = 15.0  # only a broken wait lasts this long
 # --- the lists alone
 
 
-class WaitersMachine(RuleBasedStateMachine):
-    """The sorted queues compared with a dict of the waiters, each waiting for several events."""
+class QueuesMachine(RuleBasedStateMachine):
+    """The sorted queues compared with a dict of inquiries, each blocked by several events."""
 
     def __init__(self):
         super().__init__()
-        self.waiters = Waiters()
-        self.everybody = [Waiter(lambda: None) for _ in range(8)]
+        self.waiting = Waiting(threading.RLock())
+        self.everybody = [Inquiry(self.waiting, lambda: None, lambda: None) for _ in range(8)]
         self.model = {}
 
     children = st.sampled_from(['a', 'b', None])
@@ -47,43 +47,43 @@ class WaitersMachine(RuleBasedStateMachine):
 
     @rule(number=numbers, blockers=st.lists(
         st.tuples(children, st.integers(0, 9)), min_size=1, max_size=4))
-    def add(self, number, blockers):
-        self.waiters.add(self.everybody[number], blockers)
+    def enter(self, number, blockers):
+        self.waiting._enter(self.everybody[number], blockers)
         self.model[number] = set(blockers)
 
     @rule(number=numbers)
-    def discard(self, number):
-        self.waiters.discard(self.everybody[number])
+    def leave(self, number):
+        self.waiting._leave(self.everybody[number])
         self.model.pop(number, None)
 
     @rule(child=st.sampled_from('abc'), latest=st.integers(-1, 10))
     def reach(self, child, latest):
         ready = {number for number, blockers in self.model.items()
                  if any(edge == child and stamp <= latest for edge, stamp in blockers)}
-        self.take(self.waiters.take_reached(child, latest), ready)
+        self.pop(self.waiting._pop_reached(child, latest), ready)
 
     @rule()
-    def take_all(self):
-        self.take(self.waiters.take_all(), set(self.model))
+    def pop_all(self):
+        self.pop(self.waiting._pop_all(), set(self.model))
 
-    def take(self, taken, expected):
-        numbers = [self.everybody.index(waiter) for waiter in taken]
+    def pop(self, popped, expected):
+        numbers = [self.everybody.index(inquiry) for inquiry in popped]
         assert sorted(numbers) == sorted(expected)
         for number in expected:
-            assert not self.everybody[number].places
+            assert not self.everybody[number].waits
             del self.model[number]
 
     @invariant()
     def everybody_stands_where_the_model_says(self):
-        assert len(self.waiters) == len(self.model)
-        assert bool(self.waiters) == bool(self.model)
-        for number, waiter in enumerate(self.everybody):
-            assert set(waiter.places) == self.model.get(number, set())
-        assert all(line == sorted(line) for line in self.waiters._lines.values())
-        assert all(self.waiters._lines.values())
+        assert len(self.waiting) == len(self.model)
+        assert self.waiting._somebody.is_set() == bool(self.model)
+        for number, inquiry in enumerate(self.everybody):
+            assert set(inquiry.places) == self.model.get(number, set())
+        assert all(line == sorted(line) for line in self.waiting._lines.values())
+        assert all(self.waiting._lines.values())
 
 
-TestWaitersStandInOrder = WaitersMachine.TestCase
+TestQueuesAreInOrder = QueuesMachine.TestCase
 
 
 # --- waiting on a buffer

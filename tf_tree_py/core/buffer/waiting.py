@@ -4,19 +4,25 @@
 """
 Waiting for a buffer's answers: run a query, wait for what blocks it, run it again, or give up.
 
-Blocked threads, futures and messages in a filter all wait here. Each waiter has its own
-timeout: deadlines by the wall clock are here; ``ros.waiting`` has those by a ROS clock.
+Blocked threads, futures and messages in a filter all wait here. Each has its own timeout:
+deadlines by the wall clock are here; ``ros.waiting`` has those by a ROS clock.
 
-Waiters do not poll. A waiter is queued under every edge that may change the answer of its
-query (``errors.Blocker``). When one of these edges has changed, the waiter is removed, and
-its query runs again. The queues neither sleep nor read a clock, and the buffer's lock protects
-them.
+Nothing polls. An ``Inquiry`` whose query failed stands in the queues of all edges that may change
+the answer (``errors.Blocker``). When one of them has changed, it leaves all queues, and is woken
+to run its query again.
+
+The rules:
+
+- A query runs, and its inquiry enters the queues, under one hold of the buffer's lock. So no data
+  arrives unseen between the failure and the wait.
+- The queues change only with the lock held, and neither sleep nor read a clock.
+- ``wake`` is called without the lock, in the thread that inserted the data; it must not block.
+- An inquiry is in no queue while it is being woken; whoever runs it next puts it back.
 """
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterable
 from copy import copy
-from enum import Enum
 import itertools
 import threading
 import time
@@ -73,161 +79,111 @@ class WallDeadline:
 
 # --- the queues
 
-_Entry = tuple[int, int, 'Waiter']
+Answer = TypeVar('Answer')
+_Entry = tuple[int, int, 'Inquiry[Any]']
 
 
-class Waiter:
+class Waiting:
     """
-    A waiter: its query failed, and may succeed later.
+    The inquiries that wait in one buffer; its length is their number.
 
-    :ivar wake: called without the lock when the query should run again.
-    """
+    There is a queue for each edge, sorted by the stamp that the edge must reach. An inquiry may
+    stand in several; when one of the edges is ready, it leaves all. To enter, to leave and to find
+    the ready ones costs O(log n) and a memmove for each edge.
 
-    __slots__ = ('wake', 'number', 'places')
+    Its methods may be called from any thread, those that begin with an underscore with the lock
+    held.
 
-    def __init__(self, wake: Callable[[], None]) -> None:
-        self.wake = wake
-        self.number = 0
-        self.places: tuple[Blocker, ...] = ()
-
-    @property
-    def waits(self) -> bool:
-        """Return whether it is in any queue."""
-        return bool(self.places)
-
-
-class Waiters:
-    """
-    All waiters: a queue for each edge, sorted by the stamp that the edge must reach.
-
-    A waiter may be queued under several edges; when one of them is ready, it leaves all.
-    Adding, removing and finding the ready ones cost O(log n) and a memmove for each
-    edge.
-
-    :ivar somebody: set while there is a waiter.
+    :ivar lock: the buffer's lock, re-entrant.
     """
 
-    def __init__(self) -> None:
-        self.somebody = threading.Event()
+    def __init__(self, lock: Any) -> None:
+        """Begin with empty queues."""
+        self.lock = lock
         self._lines: dict[str | None, list[_Entry]] = {}
         self._numbers = itertools.count()
         self._count = 0
+        # Set while somebody waits.
+        self._somebody = threading.Event()
+        # The last failure that was sent to all. An inquiry compares it with the one at its start.
+        self._failure: TransformException | None = None
         fork_locks.repair(self)
-
-    def __bool__(self) -> bool:
-        return self._count > 0
 
     def __len__(self) -> int:
         return self._count
 
     def repair_in_child(self) -> None:
-        """Forget the waiters of the parent process, whose threads do not exist here."""
+        """Forget the inquiries of the parent process, whose threads do not exist here."""
         for line in self._lines.values():
-            for _, _, waiter in line:
-                waiter.places = ()
+            for _, _, inquiry in line:
+                inquiry.places = ()
         self._lines.clear()
         self._count = 0
-        self.somebody = threading.Event()  # a thread may have held the lock inside the old one
+        self._somebody = threading.Event()  # a thread may have held the lock inside the old one
 
-    def add(self, waiter: Waiter, blockers: Iterable[Blocker]) -> None:
-        """Queue a waiter under all its blockers, instead of where it was queued before."""
-        self.discard(waiter)
-        waiter.places = tuple(set(blockers))
-        waiter.number = next(self._numbers)
-        for child, stamp in waiter.places:
-            insort(self._lines.setdefault(child, []), (stamp, waiter.number, waiter))
+    def _enter(self, inquiry: 'Inquiry[Any]', blockers: Iterable[Blocker]) -> None:
+        """Queue an inquiry under all its blockers, instead of where it was queued before."""
+        self._leave(inquiry)
+        inquiry.places = tuple(set(blockers))
+        inquiry.number = next(self._numbers)
+        for child, stamp in inquiry.places:
+            insort(self._lines.setdefault(child, []), (stamp, inquiry.number, inquiry))
         self._count += 1
-        self.somebody.set()
+        self._somebody.set()
 
-    def discard(self, waiter: Waiter) -> None:
-        """Remove a waiter from all queues."""
-        if not waiter.places:
+    def _leave(self, inquiry: 'Inquiry[Any]') -> None:
+        """Remove an inquiry from all queues."""
+        if not inquiry.places:
             return
-        for child, stamp in waiter.places:
+        for child, stamp in inquiry.places:
             line = self._lines[child]
-            del line[bisect_left(line, (stamp, waiter.number))]
+            del line[bisect_left(line, (stamp, inquiry.number))]
             if not line:
                 del self._lines[child]
-        waiter.places = ()
+        inquiry.places = ()
         self._count -= 1
         if not self._count:
-            self.somebody.clear()
+            self._somebody.clear()
 
-    def take_reached(self, child: str, latest: int) -> list[Waiter]:
-        """Remove and return the waiters for stamps that an edge has now reached."""
+    def _pop(self, entries: Iterable[_Entry]) -> 'list[Inquiry[Any]]':
+        popped = list({number: inquiry for _, number, inquiry in entries}.values())
+        for inquiry in popped:
+            self._leave(inquiry)
+        return popped
+
+    def _pop_reached(self, child: str, latest: int) -> 'list[Inquiry[Any]]':
+        """Remove and return the inquiries about stamps that an edge has now reached."""
         line = self._lines.get(child)
-        return [] if line is None else self._take(line[:bisect_left(line, (latest + 1,))])
+        return [] if line is None else self._pop(line[:bisect_left(line, (latest + 1,))])
 
-    def take_all(self) -> list[Waiter]:
-        """Remove and return all waiters: the structure changed, or their waits must fail."""
-        return self._take([entry for line in self._lines.values() for entry in line])
+    def _pop_all(self) -> 'list[Inquiry[Any]]':
+        """Remove and return all: the structure changed, or their waits must fail."""
+        return self._pop([entry for line in self._lines.values() for entry in line])
 
-    def _take(self, entries: Iterable[_Entry]) -> list[Waiter]:
-        taken = list({number: waiter for _, number, waiter in entries}.values())
-        for waiter in taken:
-            self.discard(waiter)
-        return taken
-
-
-def wake_all(waiters: Iterable[Waiter]) -> None:
-    """
-    Wake waiters; the caller must not hold the buffer's lock.
-
-    :raises BaseException: the first exception that one of them raised, after all were woken.
-    """
-    call_all(waiter.wake for waiter in waiters)
-
-
-# --- waiting
-
-Answer = TypeVar('Answer')
-
-
-class Pending(Enum):
-    """What an inquiry without an answer returns."""
-
-    PENDING = 'pending'
-
-
-PENDING = Pending.PENDING
-
-
-class Waiting:
-    """
-    The queue of waiters of one buffer; its length is their number.
-
-    Its methods may be called from any thread. It wakes waiters without holding the lock.
-
-    :ivar lock: the buffer's lock.
-    """
-
-    def __init__(self, lock: Any) -> None:
-        """
-        Begin with an empty queue.
-
-        :param lock: the buffer's lock, re-entrant.
-        """
-        self.lock = lock
-        self._waiters = Waiters()
-        # The last failure that was sent to all. A waiter compares it with the one at its start.
-        self._failure: TransformException | None = None
-
-    def __len__(self) -> int:
-        return len(self._waiters)
+    def _pop_ready(self, tree: Tree, children: Iterable[str],
+                   version: int) -> 'list[Inquiry[Any]]':
+        if tree.version != version:
+            return self._pop_all()
+        ready: list[Inquiry[Any]] = []
+        for child in children:
+            history = tree.histories.get(child)
+            if history is not None and history.latest_stamp is not None:
+                ready += self._pop_reached(child, history.latest_stamp)
+        return ready
 
     # --- for threads that wait
 
     def wait_for(self, query: Callable[[], Answer], deadline: Deadline) -> Answer:
-        """Block the thread until a query has an answer; see ``BufferCore.wait_for``."""
+        """Block the thread until a query has an answer; see ``PlainBuffer.wait_for``."""
         event = threading.Event()
         inquiry = Inquiry(self, query, event.set)
         slept = over = False
         try:
             while True:
                 event.clear()
-                answer = inquiry.ask(once_more=not over)
-                if not isinstance(answer, Pending):
-                    return answer
+                answered = inquiry.ask(once_more=not over)
+                if answered is not None:
+                    return answered.value
                 slept = True
                 over = not deadline.wait(event)
         except TransformException as error:
@@ -242,77 +198,91 @@ class Waiting:
     def change(self, tree: Tree, children: Callable[[], Iterable[str]],
                insert: Callable[..., Answer], *arguments: Any) -> Answer:
         """
-        Insert under the lock, then wake the waiters whose answer may have changed.
+        Insert under the lock, then wake those whose answer may have changed.
 
         They are woken even if the insertion raises, since part of it may have been inserted.
 
-        :param children: returns the child frames of the inserted edges; called only if there
-            are waiters.
+        :param children: returns the child frames of the inserted edges; called only if somebody
+            waits.
         """
-        ready: list[Waiter] = []
+        ready: list[Inquiry[Any]] = []
         try:
             with self.lock:
                 version = tree.version
                 try:
                     return insert(*arguments)
                 finally:
-                    if self._waiters:
-                        ready = self._take_ready(tree, children(), version)
+                    if self._count:
+                        ready = self._pop_ready(tree, children(), version)
         finally:
             if ready:
                 wake_all(ready)
 
-    def _take_ready(self, tree: Tree, children: Iterable[str], version: int) -> list[Waiter]:
-        if tree.version != version:
-            return self._waiters.take_all()
-        ready: list[Waiter] = []
-        for child in children:
-            history = tree.histories.get(child)
-            if history is not None and history.latest_stamp is not None:
-                ready += self._waiters.take_reached(child, history.latest_stamp)
-        return ready
-
     def ask_again(self) -> None:
-        """Run the queries of all waiters again, whatever blocks them."""
+        """Run the queries of all again, whatever blocks them."""
         with self.lock:
-            waiters = self._waiters.take_all()
-        wake_all(waiters)
+            inquiries = self._pop_all()
+        wake_all(inquiries)
 
     def fail(self, failure: TransformException) -> None:
-        """Make all waiters give up with an error."""
+        """Make all give up with an error."""
         with self.lock:
             self._failure = copy(failure)
-            waiters = self._waiters.take_all()
-        wake_all(waiters)
+            inquiries = self._pop_all()
+        wake_all(inquiries)
 
     # --- for threads that receive messages
 
     def sleep_until_somebody(self, timeout_s: float) -> bool:
         """
-        Block until there is a waiter: for threads that gather messages before they insert them.
+        Block until somebody waits: for threads that gather messages before they insert them.
 
-        :return: whether there is a waiter, or ``end_sleep`` was called.
+        :return: whether somebody waits, or ``end_sleep`` was called.
         """
-        woken = self._waiters.somebody.wait(timeout_s)
-        if woken and not self._waiters:
+        woken = self._somebody.wait(timeout_s)
+        if woken and not self._count:
             with self.lock:
-                if not self._waiters:
-                    self._waiters.somebody.clear()
+                if not self._count:
+                    self._somebody.clear()
         return woken
 
     def end_sleep(self) -> None:
         """Let ``sleep_until_somebody`` return; takes no lock."""
-        self._waiters.somebody.set()
+        self._somebody.set()
+
+
+def wake_all(inquiries: 'Iterable[Inquiry[Any]]') -> None:
+    """
+    Wake inquiries; the caller must not hold the buffer's lock.
+
+    :raises BaseException: the first exception that one of them raised, after all were woken.
+    """
+    call_all(inquiry.wake for inquiry in inquiries)
+
+
+# --- one that waits
+
+class Answered(Generic[Answer]):
+    """The answer of a query, which may be anything, even None."""
+
+    __slots__ = ('value',)
+
+    def __init__(self, value: Answer) -> None:
+        self.value = value
 
 
 class Inquiry(Generic[Answer]):
     """
     A query that runs until it has an answer or can no longer have one.
 
-    Between two runs it stands in the queue of waiters.
+    :ivar wake: called, without the lock, when the query should run again.
+    :ivar number: of its last entry into the queues; orders those that need the same stamp.
+    :ivar places: the queues in which it stands now.
+    :ivar over: whether it has ended.
     """
 
-    __slots__ = ('_waiting', '_query', '_waiter', '_begun', '_failure_before', '_over')
+    __slots__ = ('wake', 'number', 'places', 'over', '_waiting', '_query', '_begun',
+                 '_failure_before')
 
     def __init__(self, waiting: Waiting, query: Callable[[], Answer],
                  wake: Callable[[], None]) -> None:
@@ -320,38 +290,33 @@ class Inquiry(Generic[Answer]):
         Register a query; the wait begins when it runs for the first time.
 
         :param query: raises a ``TransformException`` as long as it has no answer.
-        :param wake: called, without the lock, when the query should run again.
         """
-        self._waiting = waiting
-        self._query = query
-        self._waiter = Waiter(wake)
-        self._begun = self._over = False
+        self.wake = wake
+        self.number = 0
+        self.places: tuple[Blocker, ...] = ()
+        self.over = self._begun = False
+        self._waiting, self._query = waiting, query
         self._failure_before: TransformException | None = None
 
     @property
     def waits(self) -> bool:
-        """Return whether it stands in the queue: nothing that blocks it has changed."""
-        return self._waiter.waits
-
-    @property
-    def over(self) -> bool:
-        """Return whether it has ended."""
-        return self._over
+        """Return whether it stands in a queue: nothing that blocks it has changed."""
+        return bool(self.places)
 
     def ask(self, *, once_more: bool = True,
-            before_waiting: Callable[[], None] | None = None) -> Answer | Pending:
+            before_waiting: Callable[[], None] | None = None) -> Answered[Answer] | None:
         """
-        Return the answer, or ``PENDING`` if it waits or has ended.
+        Return the answer; None if it waits or has ended.
 
         :param once_more: whether it waits for what is missing, if that may still arrive.
         :param before_waiting: called with the lock, just before it begins to wait.
         :raises TransformException: there is no answer and it does not wait for one, or all
-            waiters have been made to give up since it began.
+            have been made to give up since it began.
         """
         waiting = self._waiting
         with waiting.lock:
-            if self._over:
-                return PENDING
+            if self.over:
+                return None
             failure = waiting._failure
             if not self._begun:
                 self._begun, self._failure_before = True, failure
@@ -359,28 +324,28 @@ class Inquiry(Generic[Answer]):
                 # A copy, for the same one may be raised in several threads.
                 raise copy(failure)
             try:
-                return self._query()
+                return Answered(self._query())
             except TransformException as error:
                 if error.blocked_on is None or not once_more:
                     raise
                 if before_waiting is not None:
                     before_waiting()
-                waiting._waiters.add(self._waiter, error.blocked_on)
-                return PENDING
+                waiting._enter(self, error.blocked_on)
+                return None
 
     def wake_by(self, wake: Callable[[], None]) -> bool:
         """Replace what wakes it; return False if it is over."""
         with self._waiting.lock:
-            if not self._over:
-                self._waiter.wake = wake
-            return not self._over
+            if not self.over:
+                self.wake = wake
+            return not self.over
 
     def end(self) -> None:
-        """Leave the queue; later calls of ``ask`` return ``PENDING``."""
+        """Leave the queues; later calls of ``ask`` return None."""
         with self._waiting.lock:
-            self._over = True
-            self._waiting._waiters.discard(self._waiter)
-            self._waiter.wake = _nothing
+            self.over = True
+            self._waiting._leave(self)
+            self.wake = _nothing
 
 
 def _nothing() -> None:

@@ -15,7 +15,7 @@ import threading
 from typing import Any, Generic, Protocol, TypeVar
 import weakref
 
-from tf_tree_py.core.buffer.waiting import Inquiry, Pending, Waiting
+from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Observers
 
@@ -164,15 +164,15 @@ class Wait(Generic[Answer]):
             try:
                 # Observers count a lookup once, however often its query runs.
                 with self._timeouts.observers.quiet():
-                    answer = self._inquiry.ask(once_more=may_wait,
-                                               before_waiting=self._set_deadline)
+                    answered = self._inquiry.ask(once_more=may_wait,
+                                                 before_waiting=self._set_deadline)
             except TransformException as error:
                 self._add_waited_time(error)
                 # The traceback refers to this frame: a cycle that only a collection would free.
                 asker.failed(error.with_traceback(None))
             else:
-                if not isinstance(answer, Pending):
-                    asker.answered(answer)
+                if answered is not None:
+                    asker.answered(answered.value)
 
     def expire(self) -> None:
         """Run the query for the last time."""
