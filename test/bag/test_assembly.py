@@ -24,7 +24,7 @@ from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.tree.frozen import freeze
+from tf_tree_py.core.tree.files import saved_tree
 from tf_tree_py.frame_names import rename
 
 TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
@@ -67,7 +67,7 @@ def fed(arrivals, cache_time=UNLIMITED, decoder=None):
 
 def assert_same(result, buffer):
     """Assert that both are equal in every byte, and in their counts."""
-    ours, theirs = freeze(result.tree), freeze(buffer._tree)
+    ours, theirs = saved_tree(result.tree), saved_tree(buffer._tree)
     assert ours.header == theirs.header
     assert ours.as_bytes() == theirs.as_bytes()
     assert result.intake.statistics() == buffer.statistics()

@@ -23,7 +23,7 @@ from tf_tree_py.bag import BagWarning, Decoder, MessageSource, open_bag, Recorde
 from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.messages.incidents import Kind
-from tf_tree_py.core.tree.frozen import freeze
+from tf_tree_py.core.tree.files import saved_tree
 
 BEGIN = 1_700_000_000
 TF = MessageSource('/tf', TF_MESSAGE, False, '', False)
@@ -41,7 +41,7 @@ def test_block_has_the_result_of_single_messages(pairs):
     together.take(arrivals)
     for each in arrivals:
         buffer.insert_batch(Decoder().read(each), TF.authority)
-    ours, theirs = freeze(together.tree), freeze(buffer._tree)
+    ours, theirs = saved_tree(together.tree), saved_tree(buffer._tree)
     assert (ours.header, ours.as_bytes()) == (theirs.header, theirs.as_bytes())
     assert together.intake.statistics() == buffer.statistics()
 

@@ -11,7 +11,7 @@ from rosbags.interfaces import QosDurability
 from tf_tree_py import BufferCore, load, Spline
 from tf_tree_py.bag import BagError, open_bag, read_messages
 from tf_tree_py.core import Pose, se3, UNLIMITED
-from tf_tree_py.core.tree.frozen import freeze
+from tf_tree_py.core.tree.files import saved_tree
 
 
 def content(buffer):
@@ -22,7 +22,7 @@ def content(buffer):
     tree.histories = dict(sorted(tree.histories.items()))
     tree.frames = dict.fromkeys(sorted(tree.frames))
     tree.cache_time = 0
-    return freeze(tree).as_bytes()
+    return saved_tree(tree).as_bytes()
 
 
 @pytest.mark.parametrize('name', ['incident.mcap', 'incident'])

@@ -165,9 +165,9 @@ class HistoryMachine(RuleBasedStateMachine):
     @invariant()
     def memory_is_in_order(self):
         history = self.history
-        stamps, start = history._stamps.tolist(), history._first()
+        stamps, start = history.stamps.tolist(), history.first()
         assert stamps == sorted(stamps)
-        assert len(history._poses) == 7 * len(stamps)
+        assert len(history.poses) == 7 * len(stamps)
         assert history._parents is None or len(history._parents) == len(stamps)
         assert 0 <= start < max(len(stamps), 1)
         # Expired samples are skipped at once, and dropped an eighth of the window later.

@@ -11,8 +11,8 @@ from strategies import about, assert_same_rotation, axes, components
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Incident, InvalidArgumentException, Kind, Pose, Sample
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.geometry.poses import is_sound
-from tf_tree_py.core.messages.sample import admitted, Batch, checked, unit_poses
+from tf_tree_py.core.geometry.poses import is_sound, judged
+from tf_tree_py.core.messages.sample import admitted, Batch, checked
 
 SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
 
@@ -62,14 +62,14 @@ def test_nan_and_infinity_are_refused_anywhere(place, bad):
     pose = (*SOUND.pose[:place], bad, *SOUND.pose[place + 1:])
     assert check(pose=pose).kind is Kind.NOT_FINITE
     assert not is_sound(pose)
-    assert unit_poses(np.array([SOUND.pose, pose])) is None
+    assert judged(np.array([SOUND.pose, pose]))[1].tolist() == [True, False]
 
 
 @pytest.mark.filterwarnings('error')
 def test_infinities_that_cancel_are_refused_too():
     pose = (math.inf, -math.inf, 0.0, *SOUND.pose[3:])
     assert check(pose=pose).kind is Kind.NOT_FINITE
-    assert unit_poses(np.array([pose])) is None
+    assert not judged(np.array([pose]))[1].any()
 
 
 def test_all_zero_quaternion_is_refused():
@@ -117,10 +117,11 @@ any_poses = st.one_of(
 @example([(0.0, 0.0, 0.0, 1e-160, 2e-160, 3e-160, 4e-160)])
 def test_many_poses_are_judged_and_normalised_as_each_is(poses):
     each = [check(pose=pose) for pose in poses]
-    many = unit_poses(np.reshape(np.array(poses, dtype=float), (-1, 7)))
-    if many is not None:
-        for sample, pose in zip(each, many.tolist(), strict=True):
-            assert sample.pose == pytest.approx(pose, rel=1e-12, abs=1e-12)
+    many, good = judged(np.reshape(np.array(poses, dtype=float), (-1, 7)))
+    assert good.tolist() == [isinstance(sample, Sample) for sample in each]
+    for sample, pose, given_pose in zip(each, many.tolist(), poses, strict=True):
+        expected = sample.pose if isinstance(sample, Sample) else given_pose
+        assert pose == pytest.approx(expected, rel=1e-12, abs=1e-12, nan_ok=True)
 
 
 names = st.sampled_from(['a', 'b', 'c', 'd', ''])

@@ -25,7 +25,7 @@ from tf_tree_py.core.geometry.poses import (
     checked_pose,
     checked_poses,
     is_sound,
-    with_unit_quaternions,
+    judged,
 )
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
@@ -151,7 +151,7 @@ class GivenCurve:
 
     def _checked(self, poses: Any, stamps: Stamps) -> Array:
         try:
-            array, good = with_unit_quaternions(checked_poses(poses))
+            array, good = judged(checked_poses(poses))
         except InvalidArgumentException as error:
             raise self._wrong(f'poses(stamps): {error}') from error
         if len(array) != len(stamps):

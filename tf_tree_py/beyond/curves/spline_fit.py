@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from tf_tree_py.core.edges.tracks import InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.geometry.poses import checked_poses, with_unit_quaternions
+from tf_tree_py.core.geometry.poses import checked_poses, judged
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamps, Stamps, StampsLike
@@ -151,7 +151,7 @@ def checked_samples(stamps: StampsLike, poses: Any) -> tuple[Stamps, Array]:
         raise InvalidArgumentException(
             f'there must be one pose (N, 7) for each stamp (N,), and at least one: not '
             f'{len(times)} stamps and {len(array)} poses')
-    unit, good = with_unit_quaternions(array)
+    unit, good = judged(array)
     if not good.all():
         first = int(np.argmin(good))
         raise InvalidArgumentException(

@@ -109,16 +109,30 @@ def is_sound(pose: PoseTuple) -> bool:
     return -UNIT_TOLERANCE < excess < UNIT_TOLERANCE
 
 
-def with_unit_quaternions(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+def judged(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
     """
-    Return poses (N, 7) with unit quaternions, and which of them are valid.
+    Return poses (N, 7) with unit quaternions, and which of them are good.
 
-    The others, which are not finite or have no rotation, stay unchanged.
+    The others, which are not finite or have no rotation, stay unchanged, and so do unit
+    quaternions. If all are, the same array is returned; it is never changed.
     """
-    sizes = np.linalg.norm(poses[:, 3:], axis=1)
-    good = np.isfinite(poses).all(axis=1) & (sizes > 0.0) & np.isfinite(sizes)
-    unit = np.where(good, sizes, 1.0)
-    return np.concatenate([poses[:, :3], poses[:, 3:] / unit[:, None]], axis=1), good
+    q = poses[:, 3:]
+    with np.errstate(all='ignore'):
+        squares = np.einsum('ij,ij->i', q, q)
+        # Zero is added, or NaN if any number is NaN or infinite; a comparison with NaN is false.
+        sound = np.abs(squares - 1.0) + 0.0 * np.einsum('ij->i', poses) < UNIT_TOLERANCE
+        if sound.all():
+            return poses, sound
+        # Scaled by the largest component, because the square of a very small or large number
+        # would be zero or infinite.
+        largest = np.abs(q).max(axis=1)
+        scaled = q / largest[:, None]
+        sizes = np.sqrt(np.einsum('ij,ij->i', scaled, scaled))
+        good = np.isfinite(poses).all(axis=1) & (largest > 0.0) & np.isfinite(largest * sizes)
+    unit = poses.copy()
+    rough = good & ~sound
+    unit[rough, 3:] = scaled[rough] / sizes[rough, None]
+    return unit, good
 
 
 def array_of(given: Any) -> Array | None:

@@ -24,7 +24,7 @@ from ..edges.packed import POSE_BYTES, unpack_pose
 from ..edges.protocol import MovingHistory
 from ..errors import InvalidArgumentException
 from ..geometry import so3
-from ..geometry.poses import checked_poses, is_sound, UNIT_TOLERANCE
+from ..geometry.poses import checked_poses, is_sound, judged
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, NANOSECONDS_PER_SECOND
@@ -36,9 +36,6 @@ _FEW = 6
 
 # An incident about a refused name shows this number of its characters.
 _NAME_IN_TEXT = 60
-
-# A sum of squares between these limits has neither underflowed nor overflowed.
-_LEAST_SQUARE, _GREATEST_SQUARE = 1e-200, 1e200
 
 # The ranges of int32 sec and uint32 nanosec in a message. The nanoseconds may exceed a second,
 # so the last stamp is some seconds after the last sec.
@@ -210,46 +207,6 @@ def _name_fault(name: str, max_bytes: int) -> str:
     return 'it contains a NUL, which ends every string in ROS' if '\0' in name else ''
 
 
-def unit_poses(poses: Array) -> Array | None:
-    """
-    Return poses (N, 7) with unit quaternions.
-
-    None if one is not finite, or too small or large to normalise: see ``checked``.
-    """
-    q = poses[:, 3:]
-    # einsum does not warn about numbers that are not finite; sum and dot do.
-    squares = np.einsum('ij,ij->i', q, q)
-    excess = squares - 1.0
-    # Zero, but NaN if any number is NaN or infinite; a comparison with NaN is false.
-    nothing = 0.0 * float(np.einsum('ij->', poses))
-    if float(np.einsum('i,i->', excess, excess)) + nothing < UNIT_TOLERANCE ** 2:
-        return poses
-    if not squares.min() + nothing > _LEAST_SQUARE or not squares.max() < _GREATEST_SQUARE:
-        return None
-    return np.concatenate([poses[:, :3], q / np.sqrt(squares)[:, None]], axis=1)
-
-
-def judged_poses(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """
-    Return poses (N, 7) with unit quaternions, and which of them are good.
-
-    The others are not finite, or too small or large to normalise: see ``checked``. The same
-    array is returned if all are good already, else a copy.
-    """
-    q = poses[:, 3:]
-    squares = np.einsum('ij,ij->i', q, q)
-    # NaN where any number is NaN or infinite; a comparison with NaN is false.
-    with np.errstate(invalid='ignore'):
-        sizes = squares + 0.0 * np.einsum('ij->i', poses)
-    good = (sizes > _LEAST_SQUARE) & (sizes < _GREATEST_SQUARE)
-    unit = np.abs(squares - 1.0) < UNIT_TOLERANCE
-    if (good & unit).all():
-        return poses, good
-    poses, rough = poses.copy(), good & ~unit
-    poses[rough, 3:] /= np.sqrt(squares[rough])[:, None]
-    return poses, good
-
-
 def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
     """Return a batch's poses with unit quaternions; None if one of them needs ``checked``."""
     if len(poses) <= _FEW:
@@ -258,9 +215,9 @@ def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
                 return None
         return poses
     array = np.frombuffer(b''.join(poses)).reshape(-1, 7)
-    unit = unit_poses(array)
-    if unit is None or unit is array:
-        return None if unit is None else poses
+    unit, good = judged(array)
+    if unit is array or not good.all():
+        return poses if unit is array else None
     packed = unit.tobytes()
     return [packed[begin:begin + POSE_BYTES] for begin in range(0, len(packed), POSE_BYTES)]
 
@@ -337,14 +294,12 @@ class SampleTrack(NamedTuple):
 
     def judged(self, authority: str) -> 'JudgedTrack':
         """Return the track with unit quaternions, and the incidents of refused samples."""
-        poses, good = judged_poses(self.poses)
+        poses, good = judged(self.poses)
         refused = {}
         for number in np.flatnonzero(~good).tolist():
-            sample = checked(self.sample(number), authority)
-            if isinstance(sample, Incident):
-                refused[number] = sample
-            else:  # its quaternion was very small or large, and could be normalised
-                poses[number], good[number] = sample.pose, True
+            incident = checked(self.sample(number), authority)
+            assert isinstance(incident, Incident)
+            refused[number] = incident
         return JudgedTrack(self._replace(poses=poses), good, refused)
 
     def is_within(self, history: MovingHistory) -> bool:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.geometry.poses import UNIT_TOLERANCE
+from tf_tree_py.core.geometry.poses import judged
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import count_refused, Kind
 from tf_tree_py.core.messages.observers import ReceivedMessage
@@ -147,13 +147,7 @@ class Steps:
 
 def unit_poses(poses: Array) -> Array:
     """Return poses (7, N) of use with unit quaternions."""
-    q = poses[3:]
-    excess = np.einsum('ij,ij->j', q, q) - 1.0
-    if np.einsum('i,i->', excess, excess) < UNIT_TOLERANCE ** 2:
-        return poses
-    # The square of a very small or large number would be zero or infinite.
-    q = q / np.abs(q).max(axis=0)
-    return np.concatenate([poses[:3], q / np.sqrt(np.einsum('ij,ij->j', q, q))])
+    return judged(poses.T)[0].T
 
 
 def distances(a: Array, b: Array) -> tuple[Array, Array]:

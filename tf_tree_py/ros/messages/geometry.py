@@ -36,10 +36,9 @@ from geometry_msgs.msg import (
 )
 import numpy as np
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.poses import is_sound
+from tf_tree_py.core.geometry.poses import is_sound, judged
 from tf_tree_py.core.geometry.se3 import adjoint, carry, PoseTuple, Screw
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.messages.sample import unit_poses
 
 from .fast_messages import maker, many_maker, reader
 
@@ -257,8 +256,8 @@ def poses_array(messages: Sequence[PoseMessage]) -> Array:
     positions, orientations = _read_poses(messages)
     columns = [*_read_points(positions), *_read_quaternions(orientations)]
     array = np.array(columns, dtype=float).T
-    sound = unit_poses(array) if len(array) else array
-    return np.array([unit(row) for row in array.tolist()]) if sound is None else sound
+    poses, good = judged(array)
+    return poses if good.all() else np.array([unit(row) for row in array.tolist()])
 
 
 def points_array(messages: Sequence[Any]) -> Array:
