@@ -168,7 +168,7 @@ class HistoryMachine(RuleBasedStateMachine):
         stamps, start = history.stamps.tolist(), history.first()
         assert stamps == sorted(stamps)
         assert len(history.poses) == 7 * len(stamps)
-        assert history._parents is None or len(history._parents) == len(stamps)
+        assert history.parents is None or len(history.parents) == len(stamps)
         assert 0 <= start < max(len(stamps), 1)
         # Expired samples are skipped at once, and dropped an eighth of the window later.
         assert start < 64 or history._horizon + history.cache_time <= history._tidy_after

@@ -12,7 +12,7 @@ from tf_tree_py import BufferCore
 from tf_tree_py.core import Incident, InvalidArgumentException, Kind, Pose, Sample
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.geometry.poses import is_sound, judged
-from tf_tree_py.core.messages.sample import admitted, Batch, checked
+from tf_tree_py.core.messages.sample import admitted, Batch, checked, Edges
 
 SOUND = Sample('parent', 'child', 7, (1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8))
 
@@ -136,7 +136,7 @@ def test_batch_is_its_samples_one_after_the_other(arrivals):
     layouts = {}
     for message, authority, static in arrivals:
         edges = tuple((parent, child) for parent, child, _, _ in message)
-        batch = Batch(layouts.setdefault(edges, edges), [stamp for _, _, stamp, _ in message],
+        batch = Batch(layouts.setdefault(edges, Edges(edges)), [stamp for _, _, stamp, _ in message],
                       [pack_pose(*pose) for *_, pose in message])
         told = whole.insert_batch(batch, authority, static)
         expected = [incident for sample in batch.samples()
@@ -183,7 +183,7 @@ def test_batch_goes_on_after_one_that_needs_a_closer_look():
 def test_messages_of_one_kind_go_on_after_their_edge_has_changed(change):
     buffer = BufferCore()
     buffer.insert('a', 'b', 1, Pose(1.0))
-    edges = (('a', 'b'),)
+    edges = Edges([('a', 'b')])
 
     def arrive(stamp):
         buffer.insert_batch(Batch(edges, [stamp], [pack_pose(*Pose(float(stamp)))]))
@@ -198,6 +198,17 @@ def test_messages_of_one_kind_go_on_after_their_edge_has_changed(change):
     assert buffer.edges()[0].latest == 5
 
 
+def test_list_of_edges_may_be_reused_for_others():
+    buffer = BufferCore()
+    buffer.insert('a', 'b', 1, Pose())
+    buffer.insert('a', 'c', 1, Pose())
+    edges = [('a', 'b')]
+    buffer.insert_batch(Batch(edges, [2], [pack_pose(*Pose(2.0))]))
+    edges[0] = ('a', 'c')
+    buffer.insert_batch(Batch(edges, [3], [pack_pose(*Pose(3.0))]))
+    assert {edge.child: edge.latest for edge in buffer.edges()} == {'b': 2, 'c': 3}
+
+
 def answer(buffer, target, source):
     try:
         return buffer.lookup(target, source)
@@ -210,7 +221,7 @@ def test_edges_of_ever_new_messages_are_not_kept_for_ever():
     buffer.insert('a', 'b', 1, Pose())
     names = ['a', 'b']
     for stamp in range(2, 2000):
-        edges = (tuple(names),)  # equal to the last ones, but another object
+        edges = Edges([tuple(names)])  # equal to the last ones, but another object
         assert not buffer.insert_batch(Batch(edges, [stamp], [pack_pose(*Pose())]))
     assert len(buffer._tree._known) <= 256
     assert buffer.statistics().accepted == 1999

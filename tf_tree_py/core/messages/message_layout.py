@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
-from .sample import Batch, ImpossibleStamp
+from .sample import Batch, Edge, Edges, ImpossibleStamp
 from ..edges.packed import pack_pose, POSE_BYTES, POSE_FLOATS
 from ..geometry.so3 import Array
 from ..stamp import NANOSECONDS_PER_SECOND
@@ -145,7 +145,7 @@ class MessageLayout:
                  '_unpack_numbers', '_wanted', '_order', '_stamp', '_block')
 
     def __init__(self, cursor: ByteCursor, places: Sequence[TransformPlace],
-                 edges: Sequence[tuple[str, str] | None], slashed: Sequence[str]) -> None:
+                 edges: Sequence[Edge | None], slashed: Sequence[str]) -> None:
         """
         Make the layout of a message that was read.
 
@@ -157,7 +157,7 @@ class MessageLayout:
         self._slashed = slashed
         data, self._order, self._stamp = cursor.data, cursor.order, cursor.stamp
         self.key = key_of(data)
-        self.edges = tuple(edge for edge in edges if edge is not None)
+        self.edges = Edges(edge for edge in edges if edge is not None)
         self._wanted = [place for place, edge in zip(places, edges, strict=True)
                         if edge is not None]
         self._fixed = [slice(0, cursor.head), *(

@@ -12,7 +12,7 @@ samples are refused, for the same reasons. Samples that cannot be checked togeth
 one by one.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 import math
 from typing import Any, NamedTuple
 
@@ -73,12 +73,32 @@ class ImpossibleStamp(NamedTuple):
             f'{NANOSECONDS_PER_SECOND}: the node that stamps it computes it wrongly')
 
 
+Edge = tuple[str, str]
+"""A parent and a child."""
+
+
+class Edges(tuple[Edge, ...]):
+    """
+    The edges of all messages of one layout, which never change.
+
+    :ivar key: stands for this object in a tree's cache; no other object that exists has the same.
+    """
+
+    key: object
+
+    def __new__(cls, edges: Iterable[Edge]) -> 'Edges':
+        """Return the edges with a key of their own."""
+        made = super().__new__(cls, edges)
+        made.key = object()
+        return made
+
+
 class Batch(NamedTuple):
     """
     The transforms of one message, packed; its numbers are not checked yet.
 
-    :ivar edges: (parent, child) of each, without leading slashes; all messages of one layout
-        share this object.
+    :ivar edges: (parent, child) of each, without leading slashes. Those of a layout are ``Edges``,
+        so that a tree finds them faster.
     :ivar stamps: of each, nanoseconds.
     :ivar poses: of each, metres and quaternion x y z w: seven doubles in the machine's
         byte order, as ``edges.packed.pack_pose`` returns them.
@@ -87,7 +107,7 @@ class Batch(NamedTuple):
         no time.
     """
 
-    edges: Sequence[tuple[str, str]]
+    edges: Sequence[Edge]
     stamps: Sequence[int]
     poses: Sequence[bytes]
     slashed: Sequence[str] = ()

@@ -27,11 +27,10 @@ from ..geometry.poses import is_sound
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..messages.incidents import Incident, is_ambiguous, Kind
-from ..messages.sample import bad_name, Batch, Sample
+from ..messages.sample import bad_name, Batch, Edge, Edges, Sample
 from ..stamp import BEGINNING, FOREVER, format_span, format_stamp
 from ..times import Stamps
 
-Edge = tuple[str, str]
 _Kind = TypeVar('_Kind', bound=Companion)
 
 # How many kinds of message have their edges cached, and how many edges in all. The limits hold
@@ -69,7 +68,7 @@ class Tree:
         self.paths = PathFinder(self.histories, self.frames)
         self.spanning = Spanning(self.histories, self.paths)
         self._remarks = Remarks()
-        self._known: dict[int, tuple[Sequence[Edge], list[History | None]]] = {}
+        self._known: dict[object, list[History | None]] = {}
         self._known_count = 0
         self._cleared: Cleared | None = None
 
@@ -106,22 +105,22 @@ class Tree:
         return taken
 
     def _known_edges(self, edges: Sequence[Edge]) -> list[History | None]:
-        """Return each edge's history if its parent is the same; cache the result."""
-        # The edges are kept with their histories: while they exist, no other object has their id.
-        kept = self._known.get(id(edges))
+        """Return each edge's history if its parent is the same; cache those of a layout."""
+        key = edges.key if type(edges) is Edges else None
+        kept = self._known.get(key)
         if kept is not None:
-            return kept[1]
+            return kept
         known = []
         for parent, child in edges:
             history = self.histories.get(child)
             known.append(history if history is not None and history.parent == parent else None)
         # Not cached with an unknown edge: it may always be refused, and its names may be long.
-        if None not in known:
+        if key is not None and None not in known:
             if (len(self._known) >= _MAX_KNOWN
                     or self._known_count + len(known) > _MAX_KNOWN_EDGES):
                 self._known.clear()
                 self._known_count = 0
-            self._known[id(edges)] = (edges, known)
+            self._known[key] = known
             self._known_count += len(known)
         return known
 
