@@ -136,7 +136,8 @@ def test_batch_is_its_samples_one_after_the_other(arrivals):
     layouts = {}
     for message, authority, static in arrivals:
         edges = tuple((parent, child) for parent, child, _, _ in message)
-        batch = Batch(layouts.setdefault(edges, Edges(edges)), [stamp for _, _, stamp, _ in message],
+        batch = Batch(layouts.setdefault(edges, Edges(edges)),
+                      [stamp for _, _, stamp, _ in message],
                       [pack_pose(*pose) for *_, pose in message])
         told = whole.insert_batch(batch, authority, static)
         expected = [incident for sample in batch.samples()

@@ -22,6 +22,7 @@ from typing import Any
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException, TreeFileError
 from tf_tree_py.core.messages.observers import End, Observer, ReceivedMessage
+from tf_tree_py.core.messages.sample import Edge
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.whole_files import write_whole
 
@@ -29,7 +30,7 @@ from tf_tree_py.core.whole_files import write_whole
 # messages of one layout share the names.
 _MESSAGE_BYTES, _TRANSFORM_BYTES, _EDGE_BYTES = 300, 140, 160
 
-Edges = Sequence[tuple[str, str]]
+Edges = Sequence[Edge]
 
 
 @dataclass
@@ -37,10 +38,10 @@ class _Names:
     """
     The names that some messages share.
 
-    :ivar edges: referenced, so that no other object gets its id.
     :ivar authority: the publisher of the first of these messages; all bytes count as its own.
     """
 
+    layout: object
     edges: Edges
     authority: str
     messages: int = 0
@@ -72,7 +73,7 @@ class RecentMessages:
         self._moving: deque[ReceivedMessage] = deque()
         # In order of their last renewal.
         self._static: dict[tuple[tuple[str, str], ...], ReceivedMessage] = {}
-        self._names: dict[int, _Names] = {}
+        self._names: dict[object, _Names] = {}
         self._bytes: Counter[str] = Counter()
 
     def moving(self) -> list[ReceivedMessage]:
@@ -120,13 +121,13 @@ class RecentMessages:
     # --- counting bytes
 
     def _names_of(self, arrival: ReceivedMessage) -> _Names:
-        return self._names[id(arrival.batch.edges)]
+        return self._names[arrival.batch.layout]
 
     def _count(self, arrival: ReceivedMessage) -> None:
-        edges = arrival.batch.edges
-        names = self._names.get(id(edges))
+        layout = arrival.batch.layout
+        names = self._names.get(layout)
         if names is None:
-            names = self._names[id(edges)] = _Names(edges, arrival.authority)
+            names = self._names[layout] = _Names(layout, arrival.batch.edges, arrival.authority)
             self._charge(names, names.size)
         names.messages += 1
         self._charge(names, _own_size(arrival))
@@ -136,7 +137,7 @@ class RecentMessages:
         names.messages -= 1
         self._charge(names, -_own_size(arrival))
         if not names.messages:
-            del self._names[id(names.edges)]
+            del self._names[names.layout]
             self._charge(names, -names.size)
             if not self._bytes[names.authority]:
                 del self._bytes[names.authority]

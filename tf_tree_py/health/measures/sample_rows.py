@@ -276,17 +276,14 @@ class MessageColumns:
     """Gathers messages, at almost no cost, and returns them by edge."""
 
     def __init__(self) -> None:
-        self._alike: dict[tuple[int | Edge, str, bool], _AlikeMessages] = {}
+        self._alike: dict[tuple[object, str, bool], _AlikeMessages] = {}
         self._messages = self._count = 0
         self._enough = _ENOUGH
 
     def add(self, arrival: ReceivedMessage) -> bool:
         """Add a message; return whether it is time to take the columns."""
         edges = arrival.batch.edges
-        # All messages of one layout share one object for their edges; but each transform that a
-        # program inserts itself has its own object.
-        layout = edges[0] if len(edges) == 1 else id(edges)
-        key = layout, arrival.topic, arrival.static
+        key = arrival.batch.layout, arrival.topic, arrival.static
         alike = self._alike.get(key)
         if alike is None:
             alike = self._alike[key] = _AlikeMessages(arrival)

@@ -68,7 +68,7 @@ class MotionPanel:
 
     def _motion(self, playhead: Playhead, target: str, chosen: str, oldest: int,
                 latest: int) -> RelativeMotion | None:
-        key = id(playhead.tree), target, chosen, oldest, latest
+        key = playhead.tree, target, chosen, oldest, latest
         if self._known[0] != key:
             self._known = key, relative_motion(playhead.tree, target, chosen, oldest, latest)
         return self._known[1]

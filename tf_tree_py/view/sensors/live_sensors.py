@@ -41,7 +41,7 @@ class LiveSensors:
         self._lock = threading.Lock()
         self._numbers = 0
         self._types: dict[str, str] = {}
-        self._wanted: dict[str, set[int]] = {}
+        self._wanted: dict[str, set[object]] = {}
         # Each has a thread of its own, so that a large cloud does not delay a scan.
         self._subscriptions: dict[str, SideTopics] = {}
         self._recent: dict[str, Recent] = {}
@@ -58,7 +58,7 @@ class LiveSensors:
     def want(self, topic: str, reader: object) -> None:
         """Subscribe to a topic, unless that has been done already."""
         with self._lock:
-            self._wanted.setdefault(topic, set()).add(id(reader))
+            self._wanted.setdefault(topic, set()).add(reader)
             if topic in self._subscriptions or topic not in self._types:
                 return
             self._recent[topic] = Recent(_KEPT)
@@ -70,7 +70,7 @@ class LiveSensors:
         """Release a topic; without other readers, end its subscription."""
         with self._lock:
             readers = self._wanted.get(topic, set())
-            readers.discard(id(reader))
+            readers.discard(reader)
             if not readers and topic in self._subscriptions:
                 self._subscriptions.pop(topic).close()
                 self._recent.pop(topic)
