@@ -10,7 +10,7 @@ Each feature contributes a class of queries, which a snapshot has too, and a cla
 from collections.abc import Callable
 import importlib
 import os
-from typing import cast
+from typing import Any, cast
 
 from tf_tree_py.beyond.corrections.absorbing import CorrectedBuffer, CorrectionQueries
 from tf_tree_py.beyond.curves.insertion import CurveBuffer
@@ -19,11 +19,13 @@ from tf_tree_py.beyond.prediction.prediction import PredictionQueries
 from tf_tree_py.beyond.sources.switching import SourceBuffer, SourceQueries
 from tf_tree_py.beyond.uncertainty.insertion import UncertainBuffer
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
+from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER
-from tf_tree_py.core.tree.files import load_file
-from tf_tree_py.core.tree.queries import PlainSnapshot
+from tf_tree_py.core.tree.queries import PlainSnapshot, Queries
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.files.tree_file import load_file, load_tree, save_file, saved_tree
+from tf_tree_py.outline import as_html
 
 
 class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueries,
@@ -41,6 +43,17 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
     def _snapshot_of(self, tree: Tree) -> 'Snapshot':
         return Snapshot(tree)
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """
+        Write the present state to a file, which ``load`` opens at once.
+
+        :param path: such as ``run.tftree``; an existing file is replaced atomically.
+        :raises TreeFileError: the file cannot be written; or it cannot contain an edge, because
+            its curve or its interpolation is of a class that says nothing about files: see
+            ``Curve`` and ``Interpolation``.
+        """
+        save_file(saved_tree(self.snapshot()._tree, checksum=True), path)
+
     def smoothed(self) -> 'Snapshot':
         """
         Return a snapshot with all corrections applied to the past, too.
@@ -52,6 +65,10 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
         """
         with self._lock:
             return Snapshot(self._smoothed())
+
+    def _repr_html_(self) -> str:
+        """Return the tree as HTML for a notebook."""
+        return as_html(self._summary(), Queries.edges(self))
 
     def record(self, path: str | os.PathLike[str]) -> None:
         """
@@ -114,6 +131,16 @@ class Snapshot(AllQueries, PlainSnapshot):
     regardless of new data in the buffer. It can be pickled, to store it in a file or to send
     it to another process.
     """
+
+    def __getstate__(self) -> dict[str, Any]:
+        with self._lock:  # protects the caches of histories; the samples never change
+            state = {**self.__dict__, '_tree': saved_tree(self._tree).as_bytes()}
+        del state['_lock']
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, _tree=load_tree(state['_tree']))
+        self._lock = fork_locks.rlock()
 
 
 def load(path: str | os.PathLike[str], *, verify: bool = False) -> Snapshot:

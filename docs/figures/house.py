@@ -36,14 +36,17 @@ LAYERS = {
     'command': Layer('core', needs=''),
     'deprecation': Layer('', needs=''),
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
-    'beyond': Layer('core', 'framed uncertainty curves motion corrections prediction sources',
+    'files': Layer('core', needs='numpy'),
+    'outline': Layer('core', needs=''),
+    'beyond': Layer('core files',
+                    'framed uncertainty curves motion corrections prediction sources',
                     needs='numpy scipy'),
-    'buffer_core': Layer('core beyond', needs=''),
+    'buffer_core': Layer('core files outline beyond', needs=''),
     'frame_names': Layer('core', needs=''),
     'limited_log': Layer('core', needs=''),
     'thinning': Layer('core', needs='numpy'),
-    'reports': Layer('core beyond', needs='numpy'),
-    'health': Layer('core', 'measures checks', needs='numpy'),
+    'reports': Layer('core files beyond', needs='numpy'),
+    'health': Layer('core files', 'measures checks', needs='numpy'),
     'urdf': Layer('core buffer_core', needs='numpy xacro'),
     'bag': Layer('core frame_names beyond buffer_core health urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
@@ -53,12 +56,12 @@ LAYERS = {
                  'messages threads waiting buffer topics remote filtering'),
     'nodes': Layer('command core frame_names limited_log beyond buffer_core reports health '
                    'thinning bag urdf fleet ros'),
-    'tools': Layer('command core limited_log beyond buffer_core reports health thinning '
-                   'calibration bag urdf fleet ros', 'export archive calibrate'),
+    'tools': Layer('command core files outline limited_log beyond buffer_core reports health '
+                   'thinning calibration bag urdf fleet ros', 'export archive calibrate'),
     'view': Layer('command core limited_log beyond buffer_core reports health bag urdf fleet ros '
                   'tools',
                   'model robot sensors framing scene panels page'),
-    'labs': Layer('command core beyond buffer_core reports health calibration bag urdf ros',
+    'labs': Layer('command core files beyond buffer_core reports health calibration bag urdf ros',
                   'live'),
     'dropin': Layer('core beyond buffer_core reports health bag ros'),
 }

@@ -24,7 +24,7 @@ from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.tree.files import saved_tree
+from tf_tree_py.files.tree_file import saved_tree
 from tf_tree_py.frame_names import rename
 
 TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)

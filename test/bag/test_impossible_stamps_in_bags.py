@@ -23,7 +23,7 @@ from tf_tree_py.bag import BagWarning, Decoder, MessageSource, open_bag, Recorde
 from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.messages.incidents import Kind
-from tf_tree_py.core.tree.files import saved_tree
+from tf_tree_py.files.tree_file import saved_tree
 
 BEGIN = 1_700_000_000
 TF = MessageSource('/tf', TF_MESSAGE, False, '', False)

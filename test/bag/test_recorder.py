@@ -11,7 +11,7 @@ from rosbags.interfaces import QosDurability
 from tf_tree_py import BufferCore, load, Spline
 from tf_tree_py.bag import BagError, open_bag, read_messages
 from tf_tree_py.core import Pose, se3, UNLIMITED
-from tf_tree_py.core.tree.files import saved_tree
+from tf_tree_py.files.tree_file import saved_tree
 
 
 def content(buffer):

@@ -7,7 +7,7 @@ import pytest
 from tf_tree_py import BufferCore, load
 from tf_tree_py.core import Pose, TreeFileError
 from tf_tree_py.core.edges.protocol import moves
-from tf_tree_py.core.tree.companions import Companion, COMPANIONS
+from tf_tree_py.core.tree.companions import Companion
 
 SECOND = 10**9
 
@@ -109,8 +109,7 @@ def test_file_does_not_contain_an_empty_one(buffer, tmp_path):
 
 def test_file_with_a_kind_that_is_not_installed_is_refused_by_name(
         buffer, tmp_path, monkeypatch):
-    monkeypatch.setitem(COMPANIONS, Notes.key, Notes)
     buffer.save(tmp_path / 'run.tftree')
-    monkeypatch.delitem(COMPANIONS, Notes.key)
+    monkeypatch.setattr(Notes, 'key', '')
     with pytest.raises(TreeFileError, match="it contains 'notes', which is not installed here"):
         load(tmp_path / 'run.tftree')

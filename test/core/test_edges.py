@@ -23,11 +23,11 @@ from tf_tree_py.core import ExtrapolationException, Pose, TreeFileError
 from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR, Linear
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.edges.saving import Arrays, Saved
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
-from tf_tree_py.core.tree.files import HISTORIES, load_history, save_history
+from tf_tree_py.files.edges import HISTORIES, load_history, save_history
+from tf_tree_py.files.facts import Arrays, Saved
 
 WINDOW = 40
 HOLD = 7
@@ -284,7 +284,7 @@ def test_kind_is_saved_to_the_bit_or_says_that_it_cannot_be(
 
 
 def test_all_classes_that_can_be_saved_are_tried():
-    assert {type(begin()) for begin in BEGINNINGS} == {*HISTORIES.values()}
+    assert {type(begin()) for begin in BEGINNINGS} == {known.kind for known in HISTORIES.values()}
 
 
 def said_by(history):
@@ -411,7 +411,7 @@ def test_snapshot_keeps_the_kinds():
 
 def test_tree_asks_for_no_kind():
     """The tree uses only methods of an edge, so a new kind needs no change of the tree."""
-    kinds = {kind.__name__ for kind in HISTORIES.values()}
+    kinds = {known.kind.__name__ for known in HISTORIES.values()}
     asked = [(path.name, ast.unparse(node))
              for path in (Path(core.__file__).parent / 'tree').glob('*.py')
              for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)

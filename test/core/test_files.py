@@ -24,7 +24,7 @@ from tf_tree_py import BufferCore, load, Spline
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core import Pose, TransformException, TreeFileError, UNLIMITED
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.tree.files import load_tree, saved_tree
+from tf_tree_py.files.tree_file import load_tree, saved_tree
 
 SECOND = 10**9
 
@@ -189,7 +189,7 @@ def test_sample_that_changed_is_a_wrong_number_unless_the_file_is_verified(tmp_p
 
 def test_file_without_a_checksum_cannot_be_verified(tmp_path, buffer):
     path = tmp_path / 'run.tftree'
-    path.write_bytes(buffer._saved().as_bytes())
+    path.write_bytes(saved_tree(buffer._tree).as_bytes())
     load(path)
     with pytest.raises(TreeFileError, match='no checksum.*without verify=True, and save it'):
         load(path, verify=True)

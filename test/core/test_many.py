@@ -104,8 +104,8 @@ def test_fast_rotation_is_left_to_the_direct_way():
 
 def test_stamps_of_samples_give_the_samples(robot):
     history = robot._tree.histories['odom']
-    stamps = np.array(history._stamps)
-    poses = np.array(history._poses).reshape(-1, 7)
+    stamps = np.array(history.stamps)
+    poses = np.array(history.poses).reshape(-1, 7)
     assert_same_poses(robot.lookup_many('map', 'odom', stamps), poses, 1e-15)
 
 

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from tf_tree_py import BufferCore, load, Pose
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 
 def names(folder):
@@ -123,7 +123,7 @@ def test_pipe_is_written_in_place(tmp_path):
 WRITES = """
 import sys
 from pathlib import Path
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 print('before', flush=True)
 write_whole(Path(sys.argv[1]), [b'data'])
 print('after')
@@ -179,7 +179,7 @@ def test_error_of_what_makes_the_parts_keeps_its_text(tmp_path):
 OF_A_MEMBER = """
 import os, sys
 from pathlib import Path
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 os.setgroups([1234])
 os.setgid(1000)
 os.setuid(1000)
@@ -204,7 +204,7 @@ def test_group_stays_where_the_owner_cannot():
 FULL = """
 import resource, signal, sys
 from pathlib import Path
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 try:

@@ -5,7 +5,7 @@
 tf2 in pure Python, without ROS: poses, histories, the tree and its buffer.
 
 It imports nothing else of the package: read this first. The files in no room have stamps, errors,
-locks, whole files, and the shortening of long texts.
+locks, the texts of hints, and the shortening of long texts.
 """
 
 import sys
@@ -32,7 +32,7 @@ from .messages import wire
 from .messages.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .messages.sample import Sample
 from .stamp import as_seconds, from_seconds, LATEST, UNLIMITED
-from .tree.outline import EdgeInfo
+from .tree.edge_info import EdgeInfo
 from .tree.queries import PlainSnapshot
 
 __all__ = [

@@ -24,7 +24,7 @@ from tf_tree_py.core.errors import TransformException, TreeFileError
 from tf_tree_py.core.messages.observers import End, Observer, ReceivedMessage
 from tf_tree_py.core.messages.sample import Edge
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 # The approximate memory of a message, of each of its transforms, and of each edge's names; all
 # messages of one layout share the names.

@@ -8,7 +8,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 INSTALL = 'No picture: drawing requires matplotlib (pip install matplotlib)'
 

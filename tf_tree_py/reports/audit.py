@@ -33,7 +33,7 @@ from tf_tree_py.core.messages.observers import AUDIT_FOLDER, End, Observer
 from tf_tree_py.core.stamp import from_seconds, LATEST
 from tf_tree_py.core.text import shorten
 from tf_tree_py.core.tree.queries import Queries
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 from .plain_text import as_lines
 

@@ -22,7 +22,7 @@ from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_span, from_seconds, LATEST
 from tf_tree_py.core.text import nearest
-from tf_tree_py.core.tree.outline import EdgeInfo
+from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries
 
 # Data this far behind is not late: its stamps come from another clock.

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from tf_tree_py.core.stamp import ANOTHER_CLOCK, format_span, is_silent, LATEST
 from tf_tree_py.core.text import listed
-from tf_tree_py.core.tree.outline import EdgeInfo
+from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries
 
 Edge = tuple[str, str]

@@ -13,7 +13,7 @@ import re
 
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.stamp import as_seconds
-from tf_tree_py.core.tree.outline import EdgeInfo
+from tf_tree_py.core.tree.edge_info import EdgeInfo
 
 
 def as_lines(rows: Sequence[Sequence[str]], right: Container[int],

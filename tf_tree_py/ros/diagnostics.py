@@ -19,7 +19,7 @@ from tf_tree_py.beyond.sources.source_samples import EdgeSource
 from tf_tree_py.core.messages.incidents import Kind, REMARKS
 from tf_tree_py.core.stamp import as_seconds, DEAD_SILENCE, format_span, format_stamp
 from tf_tree_py.core.text import listed
-from tf_tree_py.core.tree.outline import EdgeInfo
+from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.health.checks.pieces import are_robots, pieces_of
 from tf_tree_py.health.checks.structure import late_joiner, qos_mismatch, two_parents
 from tf_tree_py.health.doctor import Doctor

@@ -22,7 +22,7 @@ from tf_tree_py.command.arguments import (
     table,
 )
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 from .archive.jobs import BagPath, bags_in, ExportJob, Job, Ledger, ReportJob, Row
 from .archive.page import index_page

@@ -25,7 +25,7 @@ from tf_tree_py.calibration.chain import check_edges, Tree
 from tf_tree_py.command.arguments import add_number, Parser, print_json, shown
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
 from tf_tree_py.core import TransformException, UNLIMITED
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 from .calibrate.report import as_yaml, print_report, SUFFIXES, write_picture
 from .calibrate.urdf_origin import origin_of, write_origin

@@ -15,7 +15,7 @@ from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser, print_json, shown
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 from .export.formats import BINARY, format_of, FORMATS
 from .export.plan import add_frames, add_plan, planned

@@ -21,11 +21,11 @@ from typing import Any, NamedTuple
 
 from tf_tree_py.command.arguments import add_number, console, Parser, print_json, shown, styled
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
-from tf_tree_py.core.tree.outline import branches
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.checks.graph import GRAPH_CODES
 from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.outline import branches
 from tf_tree_py.reports.drawings import (
     as_dot,
     as_mermaid,

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
-from tf_tree_py.core.edges.saving import Arrays, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
@@ -27,6 +26,7 @@ from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.files.facts import Arrays, Saved
 
 from .blend import BlendLimits
 from .corrected import corrected, CorrectedSamples

@@ -15,14 +15,14 @@ from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR
 from tf_tree_py.core.edges.packed import pack_pose, unpack_pose
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.files import in_files
+from tf_tree_py.files.edges import in_files, load_samples, save_samples
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 from .blend import BlendLimits
 from .correction import Correction
@@ -172,14 +172,14 @@ class CorrectedSamples(Samples):
 
     def save(self, arrays: Arrays) -> Facts:
         """Return the facts for ``load``, and add the samples in the window to arrays."""
-        return super().save(arrays) | {'corrections': [
+        return save_samples(self, arrays) | {'corrections': [
             {'parent': parent} | correction.save(arrays)
             for parent, correction in self.corrections.items()]}
 
     @classmethod
     def load(cls, child: str, saved: Saved) -> 'CorrectedSamples':
         """Return saved samples; they use the memory in place, and nothing can be added."""
-        history = super().load(child, saved)
+        history = load_samples(cls, child, saved)
         history.corrections = {part.one('parent', str): Correction.load(part)
                                for part in saved.parts('corrections')}
         return history

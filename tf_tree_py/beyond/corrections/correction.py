@@ -14,12 +14,12 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 from .blend import BlendLimits, planned, scale_of
 from .stage import ORIGIN, Stage, stage_of, Stages

@@ -18,13 +18,13 @@ from typing import Any, cast, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 from .blend import AT_REST, Course, Plan, Scale, STANDING, Vector6, way
 

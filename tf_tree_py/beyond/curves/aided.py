@@ -14,15 +14,10 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.core.edges.interpolation import (
-    Interpolation,
-    load_interpolation,
-    save_interpolation,
-)
+from tf_tree_py.core.edges.interpolation import Interpolation
 from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pair
 from tf_tree_py.core.edges.protocol import EdgeTrack, History
 from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.edges.tracks import InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
@@ -30,6 +25,8 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.files.edges import load_interpolation, save_interpolation
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 from .bridge import Bridge, bridged
 from .gaps import BRIDGED

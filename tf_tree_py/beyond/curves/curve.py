@@ -17,7 +17,6 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.edges.protocol import EdgeTrack
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
@@ -37,6 +36,7 @@ from tf_tree_py.core.stamp import (
     NANOSECONDS_PER_SECOND,
 )
 from tf_tree_py.core.times import checked_stamp, Stamps
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 # Differences of stamps must fit into 64 bits.
 _LONGEST = 2**62

@@ -15,7 +15,6 @@ from typing import Protocol, TypeGuard
 import numpy as np
 from tf_tree_py.core.edges.packed import Columns
 from tf_tree_py.core.edges.protocol import EdgeTrack, History, Stretch
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.errors import (
     ExtrapolationException,
     FutureExtrapolationException,
@@ -27,7 +26,8 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import FOREVER, UNLIMITED
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.files import in_files
+from tf_tree_py.files.edges import in_files
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve
 from .spline import Spline

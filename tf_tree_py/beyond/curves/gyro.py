@@ -14,12 +14,13 @@ import math
 
 import numpy as np
 from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.files.edges import load_samples, save_samples
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 # The frame that orientations are relative to: the child, as it was at the first sample.
 _FIRST_SAMPLE = 'start'
@@ -198,13 +199,13 @@ class Gyro:
     def save(self, arrays: Arrays) -> Facts:
         """Return the facts for ``load``, and add the samples in the window to arrays."""
         # Without the last rate: only adding samples needs it, and a loaded tree takes none.
-        return self.orientations.save(arrays) | {'holes': list(map(list, self._holes))}
+        return save_samples(self.orientations, arrays) | {'holes': list(map(list, self._holes))}
 
     @classmethod
     def load(cls, saved: Saved) -> 'Gyro':
         """Return the saved gyroscope; it uses the memory in place and takes no samples."""
         gyro = cls(saved.cache_time)
-        gyro.orientations = Samples.load('', saved)
+        gyro.orientations = load_samples(Samples, '', saved)
         gyro._holes = [(begin, end) for begin, end in saved.rows('holes', 2, 0)]
         if gyro._holes != sorted(gyro._holes):
             raise ValueError("'holes' are not in order")

@@ -17,7 +17,7 @@ from tf_tree_py.core.geometry.pose import Poses
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamp, Stamps, StampsLike
-from tf_tree_py.core.tree.outline import EdgeInfo
+from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries
 
 from .twist import lookup_twist_many

@@ -22,8 +22,8 @@ from tf_tree_py.core.geometry.se3 import carry, carry_many, Screw
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, Stamp, Stamps, StampsLike
+from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.core.tree.many_stamps import ends_of
-from tf_tree_py.core.tree.outline import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.edges.saving import Arrays, Facts, Saved
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.files.edges import load_samples, save_samples
+from tf_tree_py.files.facts import Arrays, Facts, Saved
 
 from ..corrections.corrected import CorrectedSamples
 
@@ -93,7 +94,7 @@ class SourceSamples:
                 'answering': self.answering,
                 'made_way': [[one.kind.name, str(one.stamp), name, one.detail]
                              for name, one in self.made_way.items()],
-                'sources': [{'name': name} | history.save(arrays)
+                'sources': [{'name': name} | save_samples(history, arrays)
                             for name, history in self.histories.items()]}
 
     @classmethod
@@ -111,7 +112,7 @@ class SourceSamples:
             one.made_way[row[2]] = Incident(Kind[row[0]], one.parent, one.child, int(row[1]),
                                             row[2], row[3])
         for part in saved.parts('sources'):
-            history = Samples.load(one.child, part)
+            history = load_samples(Samples, one.child, part)
             if history.newest_stamp is None:
                 raise ValueError("'sources' has one without samples")
             one.histories[part.one('name', str)] = history

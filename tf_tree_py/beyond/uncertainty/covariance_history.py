@@ -16,7 +16,6 @@ from typing import Any, cast, NamedTuple, Protocol, TypeGuard
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves
-from tf_tree_py.core.edges.saving import Arrays, Bytes, Facts, Saved
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
@@ -24,6 +23,7 @@ from tf_tree_py.core.messages.sample import bad_name
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.files.facts import Arrays, Bytes, Facts, Saved
 
 from .covariance_rows import Rows
 from .covariances import (

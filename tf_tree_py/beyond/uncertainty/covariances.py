@@ -17,11 +17,11 @@ import struct
 from typing import Any
 
 import numpy as np
-from tf_tree_py.core.edges.saving import Bytes
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.files.facts import Bytes
 
 from .covariance_rows import product, Rows, turned, weighted_sum
 

@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History
-from tf_tree_py.core.edges.saving import Bytes
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.chain import join_branches
@@ -30,6 +29,7 @@ from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.files.facts import Bytes
 
 from .covariance_history import (
     Around,

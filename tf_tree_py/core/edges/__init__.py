@@ -4,6 +4,5 @@
 """
 The history of one edge: samples over time and the interpolation between them, or one pose.
 
-Also how it is saved in a file, and copied for lookups at many stamps. The tree defines which
-edges exist.
+Also its copy for lookups at many stamps. The tree defines which edges exist.
 """

@@ -13,13 +13,12 @@ held, from any thread. One object may serve many edges, unless it keeps data of 
 """
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from .packed import PackedSamples, POSE_BYTES, unpack_pair
 from .protocol import EdgeTrack
-from .saving import Arrays, Facts, Saved
 from .tracks import InterpolatedTrack, OneByOneTrack
-from ..errors import InvalidArgumentException, TreeFileError
+from ..errors import InvalidArgumentException
 from ..geometry.chain import between_samples, PoseTuple
 
 
@@ -27,20 +26,14 @@ class Interpolation:
     """
     The poses between samples; a subclass defines ``between``.
 
-    :cvar name: its name in files; a class that has nothing to save needs no more for them.
-    :cvar by_name: all classes that have a name.
+    :cvar name: its name in files. If it has something to save, it also needs a method ``save`` and
+        a class method ``load``, as in docs/interpolation.md.
     :ivar holds_for: how long the newest sample is valid after its stamp, nanoseconds. It must not
         change.
     """
 
     name: ClassVar[str] = ''
-    by_name: 'ClassVar[dict[str, type[Interpolation]]]' = {}
     holds_for: int = 0
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        if 'name' in cls.__dict__:
-            cls.by_name[cls.name] = cls
 
     def between(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
         """
@@ -76,19 +69,6 @@ class Interpolation:
     def followed_by(self, other: 'Interpolation') -> 'Interpolation':
         """Return what replaces it if a caller chooses another interpolation for the edge."""
         return other
-
-    def save(self, arrays: Arrays) -> Facts:
-        """Return facts for ``load``, of types that JSON supports, and add arrays."""
-        return {}
-
-    @classmethod
-    def load(cls, saved: Saved) -> 'Interpolation':
-        """
-        Return a saved interpolation.
-
-        :raises ValueError: the facts are not valid for it.
-        """
-        return cls()
 
 
 def _on_a_copy(between: Callable[[PackedSamples, int, int], PoseTuple], samples: PackedSamples,
@@ -138,37 +118,3 @@ def checked_interpolation(given: object) -> Interpolation:
             f'holds_for of {type(given).__name__} is {given.holds_for!r}, and must be integer '
             'nanoseconds, at least 0')
     return given
-
-
-# --- files
-
-def save_interpolation(interpolation: Interpolation, arrays: Arrays) -> Facts:
-    """
-    Return facts for ``load_interpolation``, and add arrays.
-
-    :raises TreeFileError: its class has no name of its own.
-    """
-    kind = type(interpolation)
-    named = Interpolation.by_name.get(kind.name)
-    # By its full name, because a notebook may have defined the class once more.
-    if named is None or (named.__module__, named.__qualname__) != (
-            kind.__module__, kind.__qualname__):
-        raise TreeFileError(
-            f'its interpolation {kind.__name__} needs a name for files, such as '
-            "name = 'my policy' in its class")
-    return {'name': kind.name} | interpolation.save(arrays)
-
-
-def load_interpolation(saved: Saved) -> Interpolation:
-    """
-    Return a saved interpolation.
-
-    :raises ValueError: its class is not known here, or the facts are not valid for it.
-    """
-    name = saved.one('name', str)
-    if name not in Interpolation.by_name:
-        raise ValueError(f'it contains an edge with the interpolation {name!r}, which is not '
-                         'defined here: import the module that defines it first')
-    loaded = Interpolation.by_name[name].load(saved)
-    checked_interpolation(loaded)
-    return loaded

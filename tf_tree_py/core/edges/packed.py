@@ -15,7 +15,6 @@ from typing import cast, NamedTuple, overload, TypeVar
 
 import numpy as np
 
-from .saving import Arrays, Facts, Saved
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER
@@ -66,45 +65,6 @@ class Names(Sequence[str]):
 
     def __contains__(self, name: object) -> bool:
         return name in self._names
-
-
-def save_columns(columns: Columns, parent: str | None, arrays: Arrays) -> Facts:
-    """Add columns to arrays, and return the facts for ``load_columns``."""
-    arrays.add(columns.stamps)
-    arrays.add(columns.poses)
-    facts: Facts = {'samples': len(columns.stamps)}
-    if columns.parents is None:
-        return facts | {'parent': parent}
-    names = list(dict.fromkeys(columns.parents))
-    number = {name: index for index, name in enumerate(names)}
-    arrays.add(array('I', [number[name] for name in columns.parents]))
-    return facts | {'parents': names, 'ends': sorted(columns.ends)}
-
-
-def load_columns(saved: Saved) -> tuple[Columns, str | None]:
-    """
-    Return columns in place, and the parent of the newest sample.
-
-    :raises ValueError: they are not valid for a history.
-    """
-    count = saved.whole('samples')
-    stamps, poses = saved.integers(count), saved.floats(POSE_FLOATS * count)
-    if not saved.has('parents'):
-        return (Columns(stamps, poses, None, ()),
-                saved.one('parent', str if count else type(None)))
-    names, ends = saved.many('parents', str), saved.many('ends', int)
-    codes = saved.codes(count)
-    _check_structure(stamps, codes, len(names))
-    parents = Names(codes, names)
-    return (Columns(stamps, poses, parents, ends),
-            None if stamps[-1] in ends else parents[-1])
-
-
-def _check_structure(stamps: 'memoryview[int]', codes: 'memoryview[int]', names: int) -> None:
-    """Check the stamps and the parents of samples: climbs end only if these are valid."""
-    times, numbers = np.frombuffer(stamps, np.int64), np.frombuffer(codes, np.uint32)
-    if not len(times) or numbers.max() >= names or (times[1:] < times[:-1]).any():
-        raise ValueError('the stamps or parents of an edge are not valid')
 
 
 # --- the window of samples

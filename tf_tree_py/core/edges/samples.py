@@ -11,24 +11,9 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from typing import TypeVar
 
-from .interpolation import (
-    Interpolation,
-    is_linear,
-    LINEAR,
-    load_interpolation,
-    save_interpolation,
-)
-from .packed import (
-    load_columns,
-    PackedSamples,
-    POSE_BYTES,
-    POSE_FLOATS,
-    save_columns,
-    unpack_pair,
-    unpack_pose,
-)
+from .interpolation import Interpolation, is_linear, LINEAR
+from .packed import PackedSamples, POSE_BYTES, POSE_FLOATS, unpack_pair, unpack_pose
 from .protocol import EdgeTrack, History, Stretch
-from .saving import Arrays, Facts, Saved
 from .tracks import HeldTrack
 from ..errors import ExtrapolationException, InvalidArgumentException
 from ..geometry.chain import between_samples, PoseTuple
@@ -278,32 +263,12 @@ class Samples(PackedSamples):
         super().clear()
         self.interpolation.clear()
 
-    # --- copies and files
+    # --- copies
 
     def copy(self: _Kind) -> _Kind:
         """Return an independent history with the same samples."""
         return self.copied_into(type(self)(
             self.child, self.cache_time, self.authority, self.interpolation.copy()))
-
-    def save(self, arrays: Arrays) -> Facts:
-        """
-        Return facts for ``load``, and add the samples in the window to arrays.
-
-        :raises TreeFileError: the interpolation cannot be saved.
-        """
-        facts = save_columns(self.columns(), self.parent, arrays)
-        if self.interpolation is LINEAR:
-            return facts
-        return facts | {'interpolation': save_interpolation(self.interpolation, arrays)}
-
-    @classmethod
-    def load(cls: type[_Kind], child: str, saved: Saved) -> _Kind:
-        """Return saved samples; they use the memory in place, and nothing can be added."""
-        history = cls(child, saved.cache_time)
-        history.lie_on(*load_columns(saved))
-        if saved.has('interpolation'):
-            history.interpolate_by(load_interpolation(saved.part('interpolation')))
-        return history
 
 
 def interpolated(history: History | None, child: str, cache_time: int,

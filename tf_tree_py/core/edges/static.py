@@ -3,13 +3,11 @@
 
 """The history of an edge that never moves: one pose, valid at all times."""
 
-from array import array
 from collections.abc import Iterator
 
 import numpy as np
 
 from .protocol import Stretch
-from .saving import Arrays, Facts, Saved
 from .tracks import ConstantTrack
 from ..geometry.chain import PoseTuple
 from ..geometry.so3 import Array
@@ -98,14 +96,3 @@ class StaticHistory:
     def copy(self) -> 'StaticHistory':
         """Return an independent copy."""
         return StaticHistory(self.child, self.parent, self.pose, self.authority)
-
-    def save(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``load``, and add the pose to arrays."""
-        arrays.add(array('d', self.pose))
-        return {'parent': self.parent}
-
-    @classmethod
-    def load(cls, child: str, saved: Saved) -> 'StaticHistory':
-        """Return the saved history."""
-        x, y, z, qx, qy, qz, qw = saved.floats(7)
-        return cls(child, saved.one('parent', str), (x, y, z, qx, qy, qz, qw))

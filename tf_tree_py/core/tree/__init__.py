@@ -4,6 +4,6 @@
 """
 The structure of the tree, the paths in it, and the lookups.
 
-Also snapshots, saved files, and companions: data beside the samples. Nothing here waits for
+Also snapshots, and companions: data beside the samples. Nothing here waits for
 data.
 """

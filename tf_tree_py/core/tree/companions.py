@@ -9,13 +9,9 @@ know which classes exist.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..edges.protocol import History
-from ..edges.saving import Arrays, Saved
-
-COMPANIONS: dict[str, type['Companion']] = {}
-"""The classes that files can contain, by key."""
 
 
 class Companion:
@@ -27,15 +23,11 @@ class Companion:
 
     It is not thread-safe; the buffer's lock protects it.
 
-    :cvar key: its name in the header of a file; '' for one that is not saved.
+    :cvar key: its name in the header of a file; '' for one that is not saved. The others have a
+        method ``save`` and a class method ``load``: see ``files.tree_file``.
     """
 
     key: ClassVar[str] = ''
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        if cls.key:
-            COMPANIONS[cls.key] = cls
 
     def copy(self) -> 'Companion | None':
         """Return an independent copy for a copy of the tree; None: that tree gets none."""
@@ -49,15 +41,3 @@ class Companion:
 
     def structure_changed(self) -> None:
         """Remove what depends on the parents of frames."""
-
-    def save(self, arrays: Arrays) -> Any:
-        """Return facts for ``load``, of types that JSON supports, and add its arrays."""
-
-    @classmethod
-    def load(cls, saved: Saved) -> 'Companion':
-        """
-        Return the companion from the header, in which ``key`` has its facts.
-
-        :raises ValueError: the facts are not valid for it.
-        """
-        raise ValueError(f'{cls.key!r} cannot be loaded')

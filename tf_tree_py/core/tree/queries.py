@@ -9,15 +9,13 @@ The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
 
 from collections.abc import Callable
 from functools import partial
-import os
 from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from .files import load_tree, save_file, saved_tree, SavedTree
+from .edge_info import EdgeInfo, info_at, info_of, samples_around, stamps_of, summary
 from .many_stamps import poses_at, refuse_missing, warn_of_units
-from .outline import as_html, EdgeInfo, info_at, info_of, samples_around, stamps_of, summary
 from .tree import Tree
 from .. import fork_locks
 from ..errors import Blocker, InvalidArgumentException, TransformException
@@ -327,21 +325,6 @@ class Queries:
     def _snapshot_of(self, tree: Tree) -> 'PlainSnapshot':
         return PlainSnapshot(tree)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """
-        Write the present state to a file, which ``load`` opens at once.
-
-        :param path: such as ``run.tftree``; an existing file is replaced atomically.
-        :raises TreeFileError: the file cannot be written, or a curve is of a kind that files do
-            not support: see ``Curve``.
-        """
-        save_file(self._saved(checksum=True), path)
-
-    def _saved(self, *, checksum: bool = False) -> SavedTree:
-        with self._lock:
-            still = self._tree.copy()
-        return saved_tree(still, checksum=checksum)
-
     def frames(self) -> list[str]:
         """Return every frame name, in order of first appearance."""
         with self._lock:
@@ -391,10 +374,6 @@ class Queries:
     def __repr__(self) -> str:
         return f'<{self._summary()}>'
 
-    def _repr_html_(self) -> str:
-        """Return the tree as HTML for a notebook."""
-        return as_html(self._summary(), Queries.edges(self))
-
     def _summary(self) -> str:
         # ROS's Buffer overrides edges(), and may query the graph for the publishers there.
         return f'{type(self).__name__}: {summary(len(self.frames()), Queries.edges(self))}'
@@ -405,23 +384,9 @@ class PlainSnapshot(Queries):
     A buffer's contents at one moment, which never change.
 
     It supports all queries of a buffer. All its results are consistent with each other,
-    regardless of new data in the buffer. It can be pickled, to store it in a file or to send
-    it to another process.
+    regardless of new data in the buffer.
     """
 
     def snapshot(self) -> 'PlainSnapshot':
         """Return this snapshot, because it never changes."""
         return self
-
-    def _saved(self, *, checksum: bool = False) -> SavedTree:
-        with self._lock:  # protects the caches of histories; the samples never change
-            return saved_tree(self._tree, checksum=checksum)
-
-    def __getstate__(self) -> dict[str, Any]:
-        state = {**self.__dict__, '_tree': self._saved().as_bytes()}
-        del state['_lock']
-        return state
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, _tree=load_tree(state['_tree']))
-        self._lock = fork_locks.rlock()

@@ -28,7 +28,7 @@ from tf_tree_py.bag.files.discovery import INDEX, names_messages
 from tf_tree_py.command.endings import Cannot, needs
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds
 

@@ -10,7 +10,7 @@ from xml.parsers import expat
 
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core import Pose
-from tf_tree_py.core.whole_files import write_whole
+from tf_tree_py.files.whole_files import write_whole
 
 _TAG = rb'(?:[^>"\']|"[^"]*"|\'[^\']*\')*>'
 # One attribute. The value is searched with its name, because a value may contain any text.

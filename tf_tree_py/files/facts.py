@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The parts of a frozen history: facts for a header, and arrays after it.
+What is saved of a history or a companion: facts for a header, and arrays after it.
 
-Each kind of history chooses its facts and arrays, and can be restored from them. ``tree.files``
-defines the format of a file.
+``tree_file`` defines the format of a file.
 """
 
 from array import array
@@ -13,7 +12,7 @@ from collections.abc import Iterator
 import math
 from typing import Any, TypeVar
 
-from ..geometry.so3 import Array
+from tf_tree_py.core.geometry.so3 import Array
 
 Bytes = bytes | bytearray | memoryview
 Facts = dict[str, Any]

@@ -15,92 +15,24 @@ caller requests a comparison with the arrays' CRC-32, which a saved file has in 
 reads everything.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 import json
 import mmap
 import os
 from pathlib import Path
 import struct
 import sys
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple
 import zlib
 
-from .companions import COMPANIONS
-from .tree import Tree
-from ..edges.protocol import History
-from ..edges.samples import Samples
-from ..edges.saving import ALIGNMENT, Arrays, Bytes, Facts, Saved
-from ..edges.static import StaticHistory
-from ..errors import TreeFileError
-from ..text import shorten
-from ..whole_files import write_whole
+from tf_tree_py.core.errors import TreeFileError
+from tf_tree_py.core.text import shorten
+from tf_tree_py.core.tree.companions import Companion
+from tf_tree_py.core.tree.tree import Tree
 
-
-class Saveable(History, Protocol):
-    """A history that can be saved; its class is in ``HISTORIES``."""
-
-    def save(self, arrays: Arrays) -> Facts:
-        """
-        Return facts for ``load``, of types that JSON supports, and add arrays.
-
-        :raises TreeFileError: files do not support a part of it.
-        """
-
-    @classmethod
-    def load(cls, child: str, saved: Saved) -> History:
-        """
-        Return the saved history; it need not take samples.
-
-        :raises ValueError: the facts and arrays are not valid for such a history.
-        """
-
-
-HISTORIES: dict[str, type[Saveable]] = {'static': StaticHistory, 'samples': Samples}
-"""The classes of histories that files can contain, by name."""
-
-_Kind = TypeVar('_Kind', bound=type[Saveable])
-
-
-def in_files(name: str) -> Callable[[_Kind], _Kind]:
-    """Return a decorator that registers a class of histories under a name."""
-    def register(kind: _Kind) -> _Kind:
-        HISTORIES[name] = kind
-        return kind
-    return register
-
-
-def save_history(history: History, arrays: Arrays) -> Facts:
-    """
-    Return the facts of a history for ``load_history``, and add its arrays.
-
-    :raises TreeFileError: it is of a class that files cannot contain.
-    """
-    try:
-        for name, kind in HISTORIES.items():
-            if type(history) is kind:  # a subclass would be loaded as its base class
-                return {'kind': name, 'child': history.child, 'authority': history.authority,
-                        **kind.save(history, arrays)}
-        raise TreeFileError(f'it is a {type(history).__name__}')
-    except TreeFileError as error:
-        raise TreeFileError(
-            f'the edge above {history.child!r} cannot be saved: {error}') from error
-
-
-def load_history(saved: Saved) -> History:
-    """
-    Return a saved history.
-
-    :raises ValueError: its class is unknown, or the data is invalid.
-    """
-    name = saved.one('kind', str)
-    if name not in HISTORIES:
-        raise ValueError(f'it contains an edge of the kind {name!r}, which is not installed here')
-    history = HISTORIES[name].load(saved.one('child', str), saved)
-    history.authority = saved.one('authority', str)
-    return history
-
-
-# --- files
+from .edges import load_history, save_history
+from .facts import ALIGNMENT, Arrays, Bytes, Facts, Saved
+from .whole_files import write_whole
 
 _MAGIC = b'tf_tree\0'
 _VERSION = 3
@@ -140,15 +72,20 @@ def saved_tree(tree: Tree, *, checksum: bool = False) -> SavedTree:
         'frames': list(tree.frames),
         'edges': [save_history(history, arrays) for history in tree.histories.values()]}
     for kind, companion in tree.companions.items():
-        part = companion.save(arrays) if kind.key in COMPANIONS else None  # others are caches
-        if part:
-            facts[kind.key] = part
+        if kind.key:  # others are caches
+            facts |= _save_companion(companion, arrays)
     if checksum:
         facts[_CHECKSUM] = _crc32(arrays.parts)
     header = json.dumps(facts).encode()
     header += b' ' * (-(_PREFIX.size + len(header)) % ALIGNMENT)
     return SavedTree(_PREFIX.pack(_MAGIC, _VERSION, len(header), zlib.crc32(header)) + header,
                   arrays.parts)
+
+
+def _save_companion(companion: Any, arrays: Arrays) -> Facts:
+    """Return the part of a companion in the header; nothing if it is empty."""
+    part = companion.save(arrays)
+    return {companion.key: part} if part else {}
 
 
 def _crc32(parts: Iterable[Bytes]) -> int:
@@ -217,11 +154,12 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
     for edge in saved.parts('edges'):
         history = load_history(edge)
         tree.histories[history.child] = history
+    companions: dict[str, Any] = {kind.key: kind for kind in Companion.__subclasses__()}
     for key in saved.names():
         if key not in _FACTS:
-            if key not in COMPANIONS:
+            if key not in companions:
                 raise ValueError(f'it contains {key!r}, which is not installed here')
-            companion = COMPANIONS[key].load(saved)
+            companion = companions[key].load(saved)
             tree.companions[type(companion)] = companion
     saved.check_used_up()
     return tree

@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Saving and loading the history of an edge, its samples and its interpolation.
+
+The rules:
+
+- ``save`` returns facts of types that JSON supports, and adds arrays; ``load`` takes the arrays in
+  the same order, and uses them in place. So nothing can be inserted into a loaded history.
+- A fact is checked by ``Saved`` before it is used, and climbs end only if stamps and parents are
+  sound, so these are checked here. Other numbers are not: see ``tree_file``.
+- A class is known by its name in files, and is saved only under its own name.
+"""
+
+from array import array
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+from tf_tree_py.core.edges.interpolation import checked_interpolation, Interpolation, LINEAR
+from tf_tree_py.core.edges.packed import Columns, Names, POSE_FLOATS
+from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.edges.static import StaticHistory
+from tf_tree_py.core.errors import InvalidArgumentException, TreeFileError
+
+from .facts import Arrays, Facts, Saved
+
+
+class Saveable(History, Protocol):
+    """A history with the methods for files."""
+
+    def save(self, arrays: Arrays) -> Facts:
+        """
+        Return facts for ``load``, and add arrays.
+
+        :raises TreeFileError: files do not support a part of it.
+        """
+
+    @classmethod
+    def load(cls, child: str, saved: Saved) -> History:
+        """
+        Return the saved history.
+
+        :raises ValueError: the facts and arrays are not valid for such a history.
+        """
+
+
+class _Format(NamedTuple):
+    kind: type[History]
+    save: Callable[[Any, Arrays], Facts]
+    load: Callable[[str, Saved], History]
+
+
+HISTORIES: dict[str, _Format] = {}
+"""The classes of histories that files can contain, by name."""
+
+_Kind = TypeVar('_Kind', bound=type[Saveable])
+
+
+def in_files(name: str) -> Callable[[_Kind], _Kind]:
+    """Return a decorator that registers a class of histories under a name."""
+    def register(kind: _Kind) -> _Kind:
+        HISTORIES[name] = _Format(kind, kind.save, kind.load)
+        return kind
+    return register
+
+
+def save_history(history: History, arrays: Arrays) -> Facts:
+    """
+    Return the facts of a history for ``load_history``, and add its arrays.
+
+    :raises TreeFileError: it is of a class that files cannot contain.
+    """
+    try:
+        for name, (kind, save, _) in HISTORIES.items():
+            if type(history) is kind:  # a subclass would be loaded as its base class
+                return {'kind': name, 'child': history.child, 'authority': history.authority,
+                        **save(history, arrays)}
+        raise TreeFileError(f'it is a {type(history).__name__}')
+    except TreeFileError as error:
+        raise TreeFileError(
+            f'the edge above {history.child!r} cannot be saved: {error}') from error
+
+
+def load_history(saved: Saved) -> History:
+    """
+    Return a saved history.
+
+    :raises ValueError: its class is unknown, or the data is invalid.
+    """
+    name = saved.one('kind', str)
+    if name not in HISTORIES:
+        raise ValueError(f'it contains an edge of the kind {name!r}, which is not installed here')
+    history = HISTORIES[name].load(saved.one('child', str), saved)
+    history.authority = saved.one('authority', str)
+    return history
+
+
+# --- static
+
+def _save_static(history: StaticHistory, arrays: Arrays) -> Facts:
+    arrays.add(array('d', history.pose))
+    return {'parent': history.parent}
+
+
+def _load_static(child: str, saved: Saved) -> StaticHistory:
+    x, y, z, qx, qy, qz, qw = saved.floats(7)
+    return StaticHistory(child, saved.one('parent', str), (x, y, z, qx, qy, qz, qw))
+
+
+HISTORIES['static'] = _Format(StaticHistory, _save_static, _load_static)
+
+
+# --- samples
+
+_Samples = TypeVar('_Samples', bound=Samples)
+
+
+def save_samples(history: Samples, arrays: Arrays) -> Facts:
+    """
+    Return facts for ``load_samples``, and add the samples in the window to arrays.
+
+    :raises TreeFileError: the interpolation cannot be saved.
+    """
+    stamps, poses, parents, ends = history.columns()
+    arrays.add(stamps)
+    arrays.add(poses)
+    facts: Facts = {'samples': len(stamps)}
+    if parents is None:
+        facts['parent'] = history.parent
+    else:
+        names = list(dict.fromkeys(parents))
+        number = {name: index for index, name in enumerate(names)}
+        arrays.add(array('I', [number[name] for name in parents]))
+        facts |= {'parents': names, 'ends': sorted(ends)}
+    if history.interpolation is not LINEAR:
+        facts['interpolation'] = save_interpolation(history.interpolation, arrays)
+    return facts
+
+
+def load_samples(kind: type[_Samples], child: str, saved: Saved) -> _Samples:
+    """
+    Return saved samples as a history of a class.
+
+    :raises ValueError: they are not valid for a history.
+    """
+    history = kind(child, saved.cache_time)
+    history.lie_on(*_load_columns(saved))
+    if saved.has('interpolation'):
+        history.interpolate_by(load_interpolation(saved.part('interpolation')))
+    return history
+
+
+HISTORIES['samples'] = _Format(
+    Samples, save_samples, lambda child, saved: load_samples(Samples, child, saved))
+
+
+def _load_columns(saved: Saved) -> tuple[Columns, str | None]:
+    """Return columns in place, and the parent of the newest sample."""
+    count = saved.whole('samples')
+    stamps, poses = saved.integers(count), saved.floats(POSE_FLOATS * count)
+    if not saved.has('parents'):
+        return (Columns(stamps, poses, None, ()),
+                saved.one('parent', str if count else type(None)))
+    names, ends = saved.many('parents', str), saved.many('ends', int)
+    codes = saved.codes(count)
+    _check_structure(stamps, codes, len(names))
+    parents = Names(codes, names)
+    return (Columns(stamps, poses, parents, ends),
+            None if stamps[-1] in ends else parents[-1])
+
+
+def _check_structure(stamps: 'memoryview[int]', codes: 'memoryview[int]', names: int) -> None:
+    """Check the stamps and the parents of samples: climbs end only if these are valid."""
+    times, numbers = np.frombuffer(stamps, np.int64), np.frombuffer(codes, np.uint32)
+    if not len(times) or numbers.max() >= names or (times[1:] < times[:-1]).any():
+        raise ValueError('the stamps or parents of an edge are not valid')
+
+
+# --- interpolations
+
+def save_interpolation(interpolation: Interpolation, arrays: Arrays) -> Facts:
+    """
+    Return facts for ``load_interpolation``, and add arrays.
+
+    :raises TreeFileError: its class has no name of its own.
+    """
+    kind = type(interpolation)
+    named = _interpolations().get(kind.name)
+    # By its full name, because a notebook may have defined the class once more.
+    if named is None or (named.__module__, named.__qualname__) != (
+            kind.__module__, kind.__qualname__):
+        raise TreeFileError(
+            f'its interpolation {kind.__name__} needs a name for files, such as '
+            "name = 'my policy' in its class")
+    save = getattr(interpolation, 'save', None)
+    facts: Facts = {} if save is None else save(arrays)
+    return {'name': kind.name} | facts
+
+
+def load_interpolation(saved: Saved) -> Interpolation:
+    """
+    Return a saved interpolation.
+
+    :raises ValueError: its class is not known here, or the facts are not valid for it.
+    """
+    name = saved.one('name', str)
+    kind = _interpolations().get(name)
+    if kind is None:
+        raise ValueError(f'it contains an edge with the interpolation {name!r}, which is not '
+                         'defined here: import the module that defines it first')
+    load: Callable[[Saved], Any] | None = getattr(kind, 'load', None)
+    try:
+        return checked_interpolation(kind() if load is None else load(saved))
+    except InvalidArgumentException as error:
+        raise ValueError(str(error)) from error
+
+
+def _interpolations() -> dict[str, type[Interpolation]]:
+    """Return all classes that have a name of their own, by that name."""
+    return {kind.name: kind for kind in _below(Interpolation) if 'name' in vars(kind)}
+
+
+def _below(kind: type[Interpolation]) -> Iterator[type[Interpolation]]:
+    for each in kind.__subclasses__():
+        yield each
+        yield from _below(each)
