@@ -13,9 +13,7 @@ import importlib
 from importlib.util import find_spec
 from typing import Any, TYPE_CHECKING
 
-from tf_tree_py.deprecation import moved, renamed
-
-if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these names
+if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads these names
     from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
     from tf_tree_py.beyond.corrections.blend import BlendLimits
     from tf_tree_py.beyond.curves.curve import ConstantTwist, Curve
@@ -83,14 +81,6 @@ if TYPE_CHECKING:  # for type checkers; at runtime, _load below loads these name
     from tf_tree_py.ros.topics.listener import TransformListener
     from tf_tree_py.ros.topics.shared_buffer import shared_buffer
     from tf_tree_py.ros.topics.side_topics import CovarianceListener, GyroListener
-
-# The present name for each old one; docs/stability.md says how long an old name is kept.
-_OLD_NAMES: dict[str, str] = {}
-
-# What was public in tf_tree_py.core before core became tf2 and nothing else.
-_MOVED_FROM_CORE = {
-    'BufferCore', 'ConstantTwist', 'Curve', 'FramedPoints', 'FramedPose', 'FrameMismatchError',
-    'load', 'lookup_twist', 'lookup_twist_many', 'Snapshot', 'Spline', 'SplineFitter'}
 
 # The module of each name.
 _LATER = {
@@ -279,7 +269,7 @@ def _version() -> str:
             'it with colcon') from None
 
 
-def _load(name: str) -> Any:
+def __getattr__(name: str) -> Any:
     if name == '__version__':
         return _version()
     if name == 'core':  # it is public, so `import tf_tree_py` suffices
@@ -298,10 +288,6 @@ def _load(name: str) -> Any:
         ) from error
     globals()[name] = value = getattr(module, name)  # so that this runs once
     return value
-
-
-__getattr__ = renamed(__name__, _OLD_NAMES, until='0.3', otherwise=_load)
-_moved_from_core = moved('tf_tree_py.core', _MOVED_FROM_CORE, __name__, until='0.3')
 
 
 def __dir__() -> list[str]:

@@ -34,7 +34,6 @@ LAYERS = {
                         'rosidl_generator_type_description rosidl_typesupport_c '
                         'rosidl_typesupport_fastrtps_c rosidl_typesupport_introspection_c'),
     'command': Layer('core', needs=''),
-    'deprecation': Layer('', needs=''),
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
     'files': Layer('core', needs='numpy'),
     'outline': Layer('core', needs=''),

@@ -70,14 +70,6 @@ def test_unknown_name_is_an_attribute_error():
     assert not hasattr(tf_tree_py, 'Bufer')
 
 
-def test_old_name_loads_what_needs_ros_under_its_present_name(monkeypatch):
-    monkeypatch.setitem(tf_tree_py._OLD_NAMES, 'Listener', 'TransformListener')
-    with pytest.warns(DeprecationWarning, match=r'use tf_tree_py\.TransformListener') as caught:
-        from tf_tree_py import Listener
-    assert Listener is tf_tree_py.TransformListener
-    assert caught[0].filename == __file__
-
-
 def test_without_ros_the_core_works_and_a_sentence_says_what_to_install():
     sentences, names = run("""
         import tf_tree_py

@@ -8,9 +8,6 @@ It imports nothing else of the package: read this first. The files in no room ha
 locks, the texts of hints, and the shortening of long texts.
 """
 
-import sys
-from typing import Any
-
 from .buffer.plain_buffer import PlainBuffer
 from .edges.interpolation import Interpolation, Linear
 from .errors import (
@@ -71,11 +68,3 @@ __all__ = [
 
 COMPILED = not chain.__file__.endswith(('.py', '.pyc'))
 """Whether the formulas of lookups are compiled; see ``TF_TREE_PY_COMPILE`` in ``setup.py``."""
-
-
-def __getattr__(name: str) -> Any:
-    """Find what was public here before core became tf2 and nothing else: the package has it."""
-    package = sys.modules.get(__name__.rpartition('.')[0])
-    if package is None:  # core was copied alone
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    return package._moved_from_core(name)
