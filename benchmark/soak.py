@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 from tf_tree_py.core import TransformException
 from tf_tree_py.fleet import FleetListener
-from tf_tree_py.health.flight_recorder import FlightRecorder
+from tf_tree_py.recording.flight_recorder import FlightRecorder
 
 from .counting_link import free_port
 from .processes.fleet_hostile import ATTACKS

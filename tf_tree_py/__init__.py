@@ -53,7 +53,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
         UNLIMITED,
     )
     from tf_tree_py.health.doctor import Doctor
-    from tf_tree_py.health.flight_recorder import FlightRecorder
+    from tf_tree_py.recording.flight_recorder import FlightRecorder
     from tf_tree_py.ros.buffer.buffer import Buffer
     from tf_tree_py.ros.buffer.interface import BufferInterface
     from tf_tree_py.ros.buffer.tf2_methods import velocity_stamped
@@ -90,7 +90,8 @@ __all__ = [
     'Drop', 'EdgeInfo', 'ExtrapolationException', 'FlightRecorder', 'FramedPoints', 'FramedPose',
     'FrameMismatchError', 'from_gtsam', 'from_seconds', 'FutureExtrapolationException',
     'GyroListener', 'Incident', 'Interpolation', 'InvalidArgumentException', 'LATEST', 'Linear',
-    'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter', 'NoDataException',
+    'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter',
+    'NoDataException',
     'NotImplementedException', 'PastExtrapolationException', 'Pose', 'POSE_COLUMNS', 'Poses',
     'RefusedException', 'se3', 'shared_buffer', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter',
     'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics', 'time_message',
@@ -114,7 +115,7 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'beyond.uncertainty.gating': 'agreement as_gtsam from_gtsam',
         'buffer_core': 'BufferCore load Snapshot',
         'health.doctor': 'Doctor',
-        'health.flight_recorder': 'FlightRecorder',
+        'recording.flight_recorder': 'FlightRecorder',
         'ros.buffer.buffer': 'Buffer',
         'ros.buffer.interface': 'BufferInterface',
         'ros.buffer.tf2_methods': 'velocity_stamped',

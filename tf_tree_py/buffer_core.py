@@ -85,7 +85,7 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
         with self._lock:
             still = self._tree.copy()
         # The layer for bags is above this one, so a normal import of it is not allowed here.
-        importlib.import_module('tf_tree_py.bag.recorder').record(still, path)
+        importlib.import_module('tf_tree_py.recording.bag_writer').record(still, path)
 
 
 class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, UncertainBuffer):

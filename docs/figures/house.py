@@ -40,23 +40,25 @@ LAYERS = {
     'beyond': Layer('core files',
                     'framed uncertainty curves motion corrections prediction sources',
                     needs='numpy scipy'),
-    'buffer_core': Layer('core files outline beyond', needs=''),
+    'recording': Layer('core files', needs='rosbags'),
+    'reports': Layer('core files beyond', needs='numpy'),
+    'buffer_core': Layer('core files outline beyond recording reports', needs=''),
     'frame_names': Layer('core', needs=''),
     'limited_log': Layer('core', needs=''),
     'thinning': Layer('core', needs='numpy'),
-    'reports': Layer('core files beyond', needs='numpy'),
-    'health': Layer('core files', 'measures checks', needs='numpy'),
+    'health': Layer('core', 'measures checks', needs='numpy'),
     'urdf': Layer('core buffer_core', needs='numpy xacro'),
-    'bag': Layer('core frame_names beyond buffer_core health urdf', 'files assembly',
+    'bag': Layer('core frame_names beyond recording buffer_core health urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
     'calibration': Layer('core beyond buffer_core bag', needs='numpy rosbags scipy'),
     'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),
-    'ros': Layer('core frame_names limited_log beyond buffer_core reports health thinning',
+    'ros': Layer('core frame_names limited_log beyond recording buffer_core reports health '
+                 'thinning',
                  'messages threads waiting buffer topics remote filtering'),
     'nodes': Layer('command core frame_names limited_log beyond buffer_core reports health '
                    'thinning bag urdf fleet ros'),
-    'tools': Layer('command core files outline limited_log beyond buffer_core reports health '
-                   'thinning calibration bag urdf fleet ros', 'export archive calibrate'),
+    'tools': Layer('command core files outline limited_log beyond recording buffer_core reports '
+                   'health thinning calibration bag urdf fleet ros', 'export archive calibrate'),
     'view': Layer('command core limited_log beyond buffer_core reports health bag urdf fleet ros '
                   'tools',
                   'model robot sensors framing scene panels page'),

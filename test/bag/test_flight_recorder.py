@@ -15,7 +15,7 @@ from tf_tree_py.core import Pose, TransformException
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.health.flight_recorder import (
+from tf_tree_py.recording.flight_recorder import (
     FlightRecorder,
     Happened,
     LOOKUP_FAILED,

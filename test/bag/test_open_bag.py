@@ -33,7 +33,7 @@ import numpy as np
 from programs import PATIENCE_S
 import pytest
 from tf_tree_py.bag import BagError, open_bag, read_messages
-from tf_tree_py.bag.errors import needs_extra
+from tf_tree_py.recording.errors import needs_extra
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

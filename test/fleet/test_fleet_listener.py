@@ -14,7 +14,7 @@ from tf_tree_py.bag import open_bag
 from tf_tree_py.core import LookupException, UNLIMITED
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.fleet import connection, FleetError, FleetListener, roster
-from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
+from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
 from zenoh import ext, handlers, Locality, Timestamp
 
 

@@ -13,7 +13,7 @@ from ros_helpers import transform, until
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, FlightRecorder, GyroListener, limited_log, Pose
-from tf_tree_py.health.flight_recorder import Happened
+from tf_tree_py.recording.flight_recorder import Happened
 from tf_tree_py.ros.buffer.buffer import _log_recording
 
 SENT, AT_ONCE = 3000, 50

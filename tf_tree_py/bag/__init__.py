@@ -9,11 +9,11 @@ reads the files.
 """
 
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
+from tf_tree_py.recording.errors import BagError
 
 from .assembly.assembler import Anomaly, BagWarning
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder
-from .errors import BagError
 from .files.bag_reader import Bag, read_messages
 from .files.message_source import MessageSource, RecordedMessage
 from .opening import open_bag, Recording, stamps_of

@@ -28,13 +28,13 @@ from tf_tree_py.core.text import listed
 from tf_tree_py.core.times import checked_cache_time, checked_stamp, Stamps
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.frame_names import edge_filter, FrameFilter
+from tf_tree_py.recording.errors import BagError
 from tf_tree_py.urdf import joint_tracks, JointState, Robot
 from tf_tree_py.urdf.joints import FIXED
 
 from .assembly.assembler import Anomalies, Anomaly, as_text, Assembler, BagWarning
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder, prefixed, renames
-from .errors import BagError
 from .files.bag_reader import Bag, PathLike
 from .files.joint_states import JointStateReader
 from .files.message_source import MessageSource

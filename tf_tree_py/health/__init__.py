@@ -4,6 +4,6 @@
 """
 The health of a tree.
 
-The doctor, the monitor and the flight recorder. ``core.messages`` decides which samples are
-refused; other packages display the findings.
+The doctor and the monitor. ``core.messages`` decides which samples are refused; other packages
+display the findings.
 """

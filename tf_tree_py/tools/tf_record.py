@@ -28,7 +28,7 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.health.flight_recorder import (
+from tf_tree_py.recording.flight_recorder import (
     FlightRecorder,
     Happened,
     LOOKUP_FAILED,

@@ -20,9 +20,9 @@ from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.message_layout import as_published, Rename
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.recording.errors import BagError
 
 from .assembler import Assembler
-from ..errors import BagError
 from ..files.bag_reader import Bag
 from ..files.message_source import decode, MessageSource
 

@@ -15,10 +15,10 @@ import os
 from pathlib import Path
 
 from tf_tree_py.core.text import printable
+from tf_tree_py.recording.errors import BagError, needs_extra
 
 from .discovery import files_of
 from .message_source import MessageSource, RecordedMessage, Storage
-from ..errors import BagError, needs_extra
 
 PathLike = str | os.PathLike[str]
 

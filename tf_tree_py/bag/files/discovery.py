@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 from typing import NamedTuple
 
-from ..errors import BagError, no_such_file
+from tf_tree_py.recording.errors import BagError
 
 SUFFIXES = ('.mcap', '.db3', '.bag')
 """The suffixes of files with messages: rosbag2's two kinds, and ROS 1's."""
@@ -48,7 +48,7 @@ def files_of(path: Path) -> BagFiles:
     :raises BagError: the path does not exist, or is not a bag.
     """
     if not path.exists():
-        raise no_such_file(path)
+        raise BagError(f'{path}: there is no such file or folder')
     if not path.is_dir():
         if not _holds_messages(path):
             raise BagError(f'{path} is not a bag: its name ends in none of {", ".join(SUFFIXES)}')

@@ -32,8 +32,8 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.messages.sample import ImpossibleStamp
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
-from tf_tree_py.health.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.limited_log import LimitedLog
+from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.reports.audit import LookupAudit
 
 from .attached_listeners import AttachedListeners

@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The error of a whole bag; ``oddities`` report anomalies inside a bag."""
-
-from pathlib import Path
+"""The error of a whole bag; ``bag`` reports anomalies inside one."""
 
 from tf_tree_py.core.errors import TreeFileError
 
@@ -18,7 +16,7 @@ class BagError(TreeFileError):
 
 def needs_extra(error: ImportError) -> BagError:
     """
-    Return the error for a missing library that reads bags.
+    Return the error for a missing library that reads or writes bags.
 
     :raises ImportError: a module of this package is missing, which is a defect of it.
     """
@@ -26,8 +24,3 @@ def needs_extra(error: ImportError) -> BagError:
         raise error
     return BagError(f'reading and writing bags needs {error.name}, which is not installed: '
                     'pip install rosbags')
-
-
-def no_such_file(path: Path) -> BagError:
-    """Return the error for a path that does not exist."""
-    return BagError(f'{path}: there is no such file or folder')

@@ -315,7 +315,7 @@ class FlightRecorder(Observer):
     def _write(self, path: Path, moving: Sequence[ReceivedMessage],
                static: Sequence[ReceivedMessage], happened: Happened) -> None:
         # The layer for bags is above this one, so a normal import of it is not allowed here.
-        recorder = importlib.import_module('tf_tree_py.bag.recorder')
+        recorder = importlib.import_module('tf_tree_py.recording.bag_writer')
         begin = min((arrival.received for arrival in moving), default=self._messages.now)
         messages = recorder.as_arrived([
             *(arrival._replace(received=begin) for arrival in static), *moving])
