@@ -8,7 +8,6 @@ Each feature contributes a class of queries, which a snapshot has too, and a cla
 """
 
 from collections.abc import Callable
-import importlib
 import os
 from typing import Any, cast
 
@@ -82,10 +81,10 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
         :raises TreeFileError: the path exists already, or cannot be written.
         """
+        from tf_tree_py.recording import bag_writer  # here, because few programs need it
         with self._lock:
             still = self._tree.copy()
-        # The layer for bags is above this one, so a normal import of it is not allowed here.
-        importlib.import_module('tf_tree_py.recording.bag_writer').record(still, path)
+        bag_writer.record(still, path)
 
 
 class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, UncertainBuffer):
@@ -119,8 +118,8 @@ class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, Uncerta
             cache_time, max_frames=max_frames, max_name_bytes=max_name_bytes, now=now,
             max_future=max_future, clear_on_jump_back=clear_on_jump_back)
         if AUDIT_FOLDER in os.environ:
-            # tf_audit runs this program. A normal import of the audit would go up the layers.
-            importlib.import_module('tf_tree_py.reports.audit').watch(self)
+            from tf_tree_py.reports.audit import watch  # tf_audit runs this program
+            watch(self)
 
 
 class Snapshot(AllQueries, PlainSnapshot):

@@ -11,7 +11,6 @@ from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
-import importlib
 import json
 import os
 from pathlib import Path
@@ -25,6 +24,8 @@ from tf_tree_py.core.messages.observers import End, Observer, ReceivedMessage
 from tf_tree_py.core.messages.sample import Edge
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.files.whole_files import write_whole
+
+from . import bag_writer
 
 # The approximate memory of a message, of each of its transforms, and of each edge's names; all
 # messages of one layout share the names.
@@ -314,14 +315,12 @@ class FlightRecorder(Observer):
 
     def _write(self, path: Path, moving: Sequence[ReceivedMessage],
                static: Sequence[ReceivedMessage], happened: Happened) -> None:
-        # The layer for bags is above this one, so a normal import of it is not allowed here.
-        recorder = importlib.import_module('tf_tree_py.recording.bag_writer')
         begin = min((arrival.received for arrival in moving), default=self._messages.now)
-        messages = recorder.as_arrived([
+        messages = bag_writer.as_arrived([
             *(arrival._replace(received=begin) for arrival in static), *moving])
         story = json.dumps({**asdict(happened), 'bag': path.name,
                             'messages': len(moving) + len(static)}, indent=2)
-        recorder.write(messages, path, {'tf_tree_py': story})
+        bag_writer.write(messages, path, {'tf_tree_py': story})
         write_whole(path.with_suffix('.json'), [story.encode(), b'\n'])
 
     def _tidy(self) -> None:

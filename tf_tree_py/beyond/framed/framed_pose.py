@@ -10,11 +10,11 @@ composition before the program runs.
 """
 
 from dataclasses import dataclass
-import importlib
 from typing import Any, Generic, overload, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+import tf_tree_py
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
@@ -120,14 +120,14 @@ class FramedPose(Generic[Target, Source]):
         Return a ``geometry_msgs/TransformStamped``; this needs ROS.
 
         :raises FrameMismatchError: it has no stamp, because it is composed of several poses.
+        :raises ImportError: ROS is not installed.
         """
         if self.stamp is None:
             raise FrameMismatchError(
                 f'{self.name} is composed of poses with different stamps, so it has none: '
                 'set one with dataclasses.replace(pose, stamp=...)')
-        # The layer for messages is above this one, so a normal import of it is not allowed here.
-        convert = importlib.import_module('tf_tree_py.ros.messages.convert')
-        return convert.transform_stamped(
+        # The package knows all layers, and loads those that need ROS only for a public name.
+        return tf_tree_py.transform_stamped(
             self.target_frame, self.source_frame, self.stamp, self.pose)
 
     def __str__(self) -> str:

@@ -10,7 +10,6 @@ otherwise an AttributeError would follow later.
 
 from collections.abc import Callable
 from functools import cache, cached_property
-from importlib import import_module
 from typing import Any, Literal, overload
 
 from geometry_msgs.msg import TransformStamped
@@ -66,7 +65,8 @@ NO_TIME = Duration()
 @cache
 def _registry() -> Any:
     """Import the registry when it is first needed, because it imports many messages."""
-    return import_module('tf_tree_py.ros.messages.registry')
+    from ..messages import registry
+    return registry
 
 
 class BufferInterface:
