@@ -81,7 +81,9 @@ def ends(rng):
 
 def between(first, second, before, after, ratio, independent):
     turn = so3.log(se3.compose(second, se3.inverse(first))[3:])
-    return covariances.between(before, after, np.array(ratio), np.array(turn), independent)
+    before, after = covariances.pack(before), covariances.pack(after)
+    return covariances.unpack(np.array(covariances.between_rows(
+        before, after, np.array(ratio), np.array(turn), independent)))
 
 
 def interpolated(first, second, ratio):

@@ -6,7 +6,7 @@
 from hypothesis import example, given, strategies as st
 import numpy as np
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.health.measures.lone_stamps import lone_stamps, lone_stamps_of
+from tf_tree_py.health.measures.lone_stamps import lone_stamps_of
 
 BEGIN = 1_700_000_000
 HOUR, YEAR = 3600.0, 365 * 86_400.0
@@ -14,6 +14,10 @@ HOUR, YEAR = 3600.0, 365 * 86_400.0
 
 def columns(received, stamps):
     return from_seconds(np.asarray(received, float)), from_seconds(np.asarray(stamps, float))
+
+
+def lone_stamps(received, stamps):
+    return lone_stamps_of({'edge': (received, stamps)}).get('edge', np.array([]))
 
 
 @st.composite

@@ -169,7 +169,7 @@ def test_table_is_readable():
         'a           12.3  yes',
         'longer       0.0   no',
         'none           -  yes']
-    assert table.column('off_m') == [0.123, -1e-15, None]
+    assert [row['off_m'] for row in table.as_dict()['rows']] == [0.123, -1e-15, None]
 
 
 def test_report_without_a_picture_says_no_more(tf_lab, capsys, monkeypatch, tmp_path):

@@ -63,11 +63,6 @@ class Table:
         return {'title': self.title,
                 'rows': [dict(zip(keys, row, strict=True)) for row in self.rows]}
 
-    def column(self, key: str) -> list[Any]:
-        """Return all values of a column, as in JSON."""
-        number = [column.key for column in self.columns].index(key)
-        return [row[number] for row in self.rows]
-
 
 @dataclass(frozen=True)
 class Report:

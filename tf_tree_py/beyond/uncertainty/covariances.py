@@ -202,13 +202,6 @@ def composed(a_T_b: PoseTuple, of_a_T_b: Array, b_T_c: PoseTuple, of_b_T_c: Arra
     return carried(np.eye(3), lever, of_a_T_b) + carried(turn, np.zeros(3), of_b_T_c)
 
 
-def between(before: Array, after: Array, ratio: Array, turn: Array, independent: bool) -> Array:
-    """Return ``between_rows`` for covariances (..., 6, 6), ratios (...) and turns (..., 3)."""
-    rows = between_rows(rows_of(pack(before)), rows_of(pack(after)), ratio, rows_of(turn),
-                        independent)
-    return unpack(np.stack(rows, axis=-1))
-
-
 def between_rows(before: Rows, after: Rows, ratio: Array, turn: Rows, independent: bool,
                  back: Rows | None = None) -> Rows:
     """

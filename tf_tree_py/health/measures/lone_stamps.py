@@ -50,26 +50,16 @@ class FarSteps(NamedTuple):
     others: bool = False
 
 
-def lone_stamps(received: Stamps, stamps: Stamps) -> Places:
-    """
-    Return the places of lone stamps, sorted.
-
-    Without known arrivals there are none, because a pause looks the same. The first or last
-    sample may be all that is left of another run: ``lone_stamps_of`` compares the edges.
-
-    :param received: (N,) when each sample arrived, nanoseconds; 0: not known.
-    :param stamps: (N,) nanoseconds, in order of arrival.
-    """
-    return lone_stamps_of({None: (received, stamps)}).get(None, _NONE)
-
-
 def lone_stamps_of(edges: Mapping[Edge, tuple[Stamps, Stamps]]) -> dict[Edge, Places]:
     """
     Return the places of lone stamps of each edge that has some, sorted.
 
-    If time begins anew in a recording, the first and last samples of its edges are not judged.
+    Without known arrivals there are none, because a pause looks the same. If time begins anew in
+    a recording, the first and last samples of its edges are not judged, because they may be all
+    that is left of another run.
 
-    :param edges: what ``lone_stamps`` takes, for each edge.
+    :param edges: for each edge, (N,) when each sample arrived, nanoseconds, 0 if it is not known;
+        and (N,) its stamp, nanoseconds, in order of arrival.
     """
     found = {edge: far_steps(*columns) for edge, columns in edges.items()}
     anew = any(steps.others for steps in found.values()) or (
@@ -80,7 +70,7 @@ def lone_stamps_of(edges: Mapping[Edge, tuple[Stamps, Stamps]]) -> dict[Edge, Pl
 
 
 def far_steps(received: Stamps, stamps: Stamps) -> FarSteps:
-    """Return what the far steps mean; the parameters are those of ``lone_stamps``."""
+    """Return what the far steps mean; the parameters are those of an edge."""
     known = np.flatnonzero(received > 0)
     moments = stamps[known].astype(float)
     steps = np.diff(moments)
