@@ -24,17 +24,13 @@ from tf_tree_py import (
     limited_log,
     LookupException,
 )
+from tf_tree_py.beyond.motion.cloud_fields import field_column, points_of, write_points
 from tf_tree_py.beyond.motion.deskew import deskew
+from tf_tree_py.beyond.motion.point_times import point_times, UNITS
 from tf_tree_py.ros.messages import deskew_cloud as module
 from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
-from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud, point_times, UNITS
-from tf_tree_py.ros.messages.point_cloud import (
-    as_cloud,
-    field_column,
-    packed_cloud,
-    points_of,
-    write_points,
-)
+from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+from tf_tree_py.ros.messages.point_cloud import as_cloud, packed_cloud
 
 # Present-day stamps, where a float64 of seconds resolves 240 ns.
 CALENDAR, SIMULATED = 1_790_000_000 * SECOND, 10 * SECOND

@@ -16,6 +16,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
+from tf_tree_py.beyond.motion.cloud_fields import field_column, points_of, write_points
 from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.ros.messages import point_cloud
@@ -24,7 +25,6 @@ from tf_tree_py.ros.messages.point_cloud import (
     as_cloud,
     do_transform_cloud,
     packed_cloud,
-    points_of,
     points_of_scan,
 )
 
@@ -101,7 +101,7 @@ def test_points_move_and_nothing_else_does(layout, kind, big):
     # With the old coordinates put back, every byte is as before.
     back = deepcopy(moved)
     back.header = cloud.header
-    point_cloud.write_points(back, points_of(cloud))
+    write_points(back, points_of(cloud))
     assert back == cloud
 
 
@@ -244,7 +244,7 @@ def test_count_of_zero_is_one_and_a_single_row_needs_no_row_step(change):
 def test_rows_without_padding_are_one_and_the_last_needs_none(row_padding, shape):
     cloud = make_cloud(random_columns(np.random.default_rng(11), 6, 'f4'), XYZ_F4, 12, height=3,
                        row_padding=row_padding)
-    assert point_cloud.field_column(cloud, 'x').shape == shape
+    assert field_column(cloud, 'x').shape == shape
     expected = points_of(cloud).tolist()
     cloud.data = cloud.data[:len(cloud.data) - row_padding]
     assert points_of(cloud).tolist() == expected

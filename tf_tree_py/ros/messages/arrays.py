@@ -22,12 +22,13 @@ from geometry_msgs.msg import (
 from nav_msgs.msg import Odometry, Path
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2
+from tf_tree_py.beyond.motion.cloud_fields import points_of
 from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 
 from .geometry import points_array, pose_values, transform_values
-from .point_cloud import points_of, points_of_scan
+from .point_cloud import points_of_scan
 
 _POSES: Mapping[type, Callable[[Any], se3.PoseTuple]] = {
     Transform: transform_values,

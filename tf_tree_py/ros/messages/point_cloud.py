@@ -19,21 +19,16 @@ import numpy as np
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
-from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.beyond.motion.cloud_fields import CODES, float_columns, POINT, scan_points
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 
 from .fast_messages import copy_of, maker
 from .geometry import transform_values
 
-POINT = ('x', 'y', 'z')
 NORMAL = ('normal_x', 'normal_y', 'normal_z')
 
-# Type codes and byte orders in numpy's notation.
-_CODES = {PointField.INT8: 'i1', PointField.UINT8: 'u1', PointField.INT16: 'i2',
-          PointField.UINT16: 'u2', PointField.INT32: 'i4', PointField.UINT32: 'u4',
-          PointField.FLOAT32: 'f4', PointField.FLOAT64: 'f8'}
-_DATATYPES = {code: datatype for datatype, code in _CODES.items()}
+_DATATYPES = {code: datatype for datatype, code in CODES.items()}
 
 # Points per block: all arrays of one block fit into the cache of a CPU core.
 _BLOCK = 8192
@@ -90,91 +85,6 @@ def _apply(cloud: PointCloud2, names: Sequence[str], matrix: Array) -> None:
                     values[:] = moved[number, :count]
 
 
-# --- reading and writing
-
-
-def point_count(cloud: PointCloud2) -> int:
-    """Return how many points a cloud has, invalid ones included."""
-    return int(cloud.height * cloud.width)
-
-
-def points_of(cloud: PointCloud2) -> npt.NDArray[Any]:
-    """
-    Return a copy of the coordinates, row by row.
-
-    :return: (N, 3), float32 or float64 as in the cloud.
-    :raises InvalidArgumentException: no x, y and z of a floating type.
-    """
-    columns = float_columns(cloud, POINT)
-    kind = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
-    return np.stack([column.reshape(-1) for column in columns], axis=1, dtype=kind)
-
-
-def write_points(cloud: PointCloud2, points: npt.NDArray[Any]) -> None:
-    """Overwrite the coordinates of a cloud by (N, 3), row by row, in place."""
-    for column, values in zip(float_columns(cloud, POINT), points.T, strict=True):
-        column[:] = values.reshape(column.shape)
-
-
-def float_columns(cloud: PointCloud2, names: Sequence[str]) -> list[npt.NDArray[Any]]:
-    """
-    Return ``field_column`` of several fields, which must have a floating type.
-
-    An empty cloud need not have the fields.
-    """
-    if point_count(cloud) == 0:
-        return [np.empty((0, 0), dtype=np.float32) for _ in names]
-    columns = [field_column(cloud, name) for name in names]
-    for name, column in zip(names, columns, strict=True):
-        if column.dtype.kind != 'f':
-            raise InvalidArgumentException(
-                f'The field {name!r} of the cloud holds {column.dtype.name}; only FLOAT32 and '
-                'FLOAT64 can be transformed')
-    return columns
-
-
-def field_column(cloud: PointCloud2, name: str) -> npt.NDArray[Any]:
-    """
-    Return a view of one field of all points: writing to it changes the cloud.
-
-    :return: (rows, columns), which is (1, N) if there is no padding between rows.
-    :raises InvalidArgumentException: there is no such field, or the message contradicts
-        itself about where it is.
-    """
-    field = next((field for field in cloud.fields if field.name == name), None)
-    if field is None:
-        names = ', '.join(field.name for field in cloud.fields) or 'none at all'
-        raise InvalidArgumentException(
-            f'The cloud has no field {name!r}; its fields are: {names}')
-    # Some drivers write a count of 0 where they mean 1.
-    if field.datatype not in _CODES or field.count > 1:
-        raise InvalidArgumentException(
-            f'The field {name!r} of the cloud has the datatype {field.datatype} and the count '
-            f'{field.count}, and must be one number of a type from 1 to 8')
-    kind = np.dtype(_CODES[field.datatype]).newbyteorder('>' if cloud.is_bigendian else '<')
-    if field.offset + kind.itemsize > cloud.point_step:
-        raise InvalidArgumentException(
-            f'The field {name!r} of the cloud begins at byte {field.offset} and does not fit '
-            f'into a point of {cloud.point_step} bytes')
-    rows, columns, row_step = _grid(cloud)
-    return np.ndarray((rows, columns), kind, cloud.data, field.offset,
-                      (row_step, cloud.point_step))
-
-
-def _grid(cloud: PointCloud2) -> tuple[int, int, int]:
-    """Return rows, columns, and bytes from row to row; one row where there is no padding."""
-    height, width, point_step = cloud.height, cloud.width, cloud.point_step
-    row_step = width * point_step if height == 1 else cloud.row_step
-    if row_step < width * point_step or len(cloud.data) < (height - 1) * row_step + (
-            width * point_step):
-        raise InvalidArgumentException(
-            f'The cloud declares {height} x {width} points of {point_step} bytes, in '
-            f'rows of {cloud.row_step} bytes, and has {len(cloud.data)} bytes of data')
-    if row_step == width * point_step:
-        return 1, height * width, row_step
-    return height, width, row_step
-
-
 # --- making
 
 
@@ -223,7 +133,7 @@ def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
 
     :param keep_invalid: keep invalid rays, too, as NaN, so that the n-th point is the n-th ray.
     """
-    points = _points(scan)
+    points = scan_points(scan)
     valid = np.isfinite(points[:, 0])
     columns: dict[str, npt.NDArray[Any]] = dict(
         zip(('x', 'y', 'z'), points.T.astype(np.float32), strict=True))
@@ -239,16 +149,5 @@ def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
 
 def points_of_scan(scan: LaserScan) -> npt.NDArray[np.float64]:
     """Return the points of the valid rays: (N, 3), in the scan's frame; see ``as_cloud``."""
-    points = _points(scan)
+    points = scan_points(scan)
     return points[np.isfinite(points[:, 0])]
-
-
-def _points(scan: LaserScan) -> npt.NDArray[np.float64]:
-    """Return the end point of each ray: (N, 3), NaN where it is invalid."""
-    given = np.array(scan.ranges, dtype=np.float32)
-    # Both in single precision: otherwise a range of exactly range_max would not count.
-    valid = (np.float32(scan.range_min) <= given) & (given <= np.float32(scan.range_max))
-    valid &= np.isfinite(given)
-    ranges = np.where(valid, given, np.nan)
-    angles = scan.angle_min + np.arange(len(ranges)) * float(scan.angle_increment)
-    return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Messages of points as arrays: the fields of a PointCloud2, and the rays of a LaserScan.
+
+A message is an object of rclpy or of rosbags; both have the same fields.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from tf_tree_py.core.errors import InvalidArgumentException
+
+POINT = ('x', 'y', 'z')
+
+CODES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
+"""The types of numbers by the datatype of a PointField, in numpy's notation."""
+
+
+def point_count(cloud: Any) -> int:
+    """Return how many points a cloud has, invalid ones included."""
+    return int(cloud.height * cloud.width)
+
+
+def points_of(cloud: Any) -> npt.NDArray[Any]:
+    """
+    Return a copy of the coordinates, row by row.
+
+    :return: (N, 3), float32 or float64 as in the cloud.
+    :raises InvalidArgumentException: no x, y and z of a floating type.
+    """
+    columns = float_columns(cloud, POINT)
+    kind = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
+    return np.stack([column.reshape(-1) for column in columns], axis=1, dtype=kind)
+
+
+def write_points(cloud: Any, points: npt.NDArray[Any]) -> None:
+    """Overwrite the coordinates of a cloud by (N, 3), row by row, in place."""
+    for column, values in zip(float_columns(cloud, POINT), points.T, strict=True):
+        column[:] = values.reshape(column.shape)
+
+
+def float_columns(cloud: Any, names: Sequence[str]) -> list[npt.NDArray[Any]]:
+    """
+    Return ``field_column`` of several fields, which must have a floating type.
+
+    An empty cloud need not have the fields.
+    """
+    if point_count(cloud) == 0:
+        return [np.empty((0, 0), dtype=np.float32) for _ in names]
+    columns = [field_column(cloud, name) for name in names]
+    for name, column in zip(names, columns, strict=True):
+        if column.dtype.kind != 'f':
+            raise InvalidArgumentException(
+                f'The field {name!r} of the cloud holds {column.dtype.name}; only FLOAT32 and '
+                'FLOAT64 can be transformed')
+    return columns
+
+
+def field_column(cloud: Any, name: str) -> npt.NDArray[Any]:
+    """
+    Return a view of one field of all points: writing to it changes the cloud.
+
+    :return: (rows, columns), which is (1, N) if there is no padding between rows.
+    :raises InvalidArgumentException: there is no such field, or the message contradicts
+        itself about where it is.
+    """
+    field = next((field for field in cloud.fields if field.name == name), None)
+    if field is None:
+        names = ', '.join(field.name for field in cloud.fields) or 'none at all'
+        raise InvalidArgumentException(
+            f'The cloud has no field {name!r}; its fields are: {names}')
+    # Some drivers write a count of 0 where they mean 1.
+    if field.datatype not in CODES or field.count > 1:
+        raise InvalidArgumentException(
+            f'The field {name!r} of the cloud has the datatype {field.datatype} and the count '
+            f'{field.count}, and must be one number of a type from 1 to 8')
+    kind = np.dtype(CODES[field.datatype]).newbyteorder('>' if cloud.is_bigendian else '<')
+    if field.offset + kind.itemsize > cloud.point_step:
+        raise InvalidArgumentException(
+            f'The field {name!r} of the cloud begins at byte {field.offset} and does not fit '
+            f'into a point of {cloud.point_step} bytes')
+    rows, columns, row_step = _grid(cloud)
+    return np.ndarray((rows, columns), kind, cloud.data, field.offset,
+                      (row_step, cloud.point_step))
+
+
+def _grid(cloud: Any) -> tuple[int, int, int]:
+    """Return rows, columns, and bytes from row to row; one row where there is no padding."""
+    height, width, point_step = cloud.height, cloud.width, cloud.point_step
+    row_step = width * point_step if height == 1 else cloud.row_step
+    if row_step < width * point_step or len(cloud.data) < (height - 1) * row_step + (
+            width * point_step):
+        raise InvalidArgumentException(
+            f'The cloud declares {height} x {width} points of {point_step} bytes, in '
+            f'rows of {cloud.row_step} bytes, and has {len(cloud.data)} bytes of data')
+    if row_step == width * point_step:
+        return 1, height * width, row_step
+    return height, width, row_step
+
+
+def scan_points(scan: Any) -> npt.NDArray[np.float64]:
+    """Return the end point of each ray: (N, 3), NaN where it is invalid."""
+    given = np.array(scan.ranges, dtype=np.float32)
+    # Both in single precision: otherwise a range of exactly range_max would not count.
+    valid = (np.float32(scan.range_min) <= given) & (given <= np.float32(scan.range_max))
+    valid &= np.isfinite(given)
+    ranges = np.where(valid, given, np.nan)
+    angles = scan.angle_min + np.arange(len(ranges)) * float(scan.angle_increment)
+    return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)
