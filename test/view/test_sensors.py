@@ -42,7 +42,7 @@ def tree():
 
 
 def scan(stamp, time_increment=0.0):
-    ranges = np.linspace(1.0, 2.0, 50)
+    ranges = np.linspace(1.0, 2.0, 50, dtype=np.float32)
     ranges[[3, 7]] = np.inf, np.nan
     ranges[9] = 99.0
     return Message(header=header(stamp), ranges=ranges, range_min=0.1, range_max=30.0,
@@ -56,7 +56,7 @@ def test_points_of_a_scan_stand_where_they_were_measured(tree, stamp, time_incre
     reading = reading_of('sensor_msgs/msg/LaserScan', scan(stamp, time_increment))
     points = placed(tree, 'map', reading)
     expected = []
-    for number, distance in enumerate(np.linspace(1.0, 2.0, 50)):
+    for number, distance in enumerate(np.linspace(1.0, 2.0, 50, dtype=np.float32).tolist()):
         if number in (3, 7, 9):
             continue
         angle = -1.0 + 0.04 * number
@@ -86,13 +86,36 @@ def test_cloud_is_thinned_and_its_times_are_read(tree):
     x = np.arange(count, dtype=np.float32)
     x[0] = np.nan
     reading = reading_of('sensor_msgs/PointCloud2', cloud(
-        2 * SECOND, count, x=x, y=x * 0.5, z=x * 0.0, t=np.arange(count, dtype=np.uint32)))
+        2 * SECOND, count, x=x, y=x * 0.5, z=x * 0.0, t=np.arange(count, dtype=np.uint32) * 4000))
     assert 0.9 * MOST_POINTS < len(reading.points) <= MOST_POINTS
     np.testing.assert_allclose(reading.points[:, 1], reading.points[:, 0] / 2.0)
-    np.testing.assert_array_equal(reading.stamps, 2 * SECOND + reading.points[:, 0].astype(int))
+    np.testing.assert_array_equal(
+        reading.stamps, 2 * SECOND + 4000 * reading.points[:, 0].astype(int))
     seconds = reading_of('sensor_msgs/PointCloud2', cloud(
         2 * SECOND, 2, x=x[1:3], y=x[1:3], z=x[1:3], time=np.array([0.0, 0.5], np.float32)))
     assert seconds.stamps.tolist() == [2 * SECOND, 5 * SECOND // 2]
+
+
+@pytest.mark.parametrize(('times', 'stamps'), [
+    ({}, None),
+    ({'timestamp': np.array([1e18, 1e18 + 2**27])}, [0, 2**27]),  # Livox
+    ({'timestamp': np.array([1e9, np.nan])}, [0]),
+    ({'timestamp': np.array([500.0, 501.0])}, None),  # since the start of the sensor
+])
+def test_times_of_a_cloud_are_those_that_deskewing_uses(times, stamps):
+    begin = 10**9 * SECOND
+    x = np.zeros(2, np.float32)
+    reading = reading_of('sensor_msgs/PointCloud2', cloud(begin, 2, x=x, y=x, z=x, **times))
+    assert reading.problem == ''
+    assert (None if reading.stamps is None else (reading.stamps - begin).tolist()) == stamps
+    assert len(reading.points) == (2 if stamps is None else len(stamps))
+
+
+def test_empty_cloud_has_no_points():
+    nothing = np.zeros(0, np.float32)
+    reading = reading_of('sensor_msgs/PointCloud2', cloud(
+        SECOND, 0, x=nothing, y=nothing, z=nothing, time=nothing))
+    assert (reading.problem, reading.points.shape) == ('', (0, 3))
 
 
 def test_ways_and_poses_are_points(tree):

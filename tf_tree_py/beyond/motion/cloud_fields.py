@@ -25,16 +25,17 @@ def point_count(cloud: Any) -> int:
     return int(cloud.height * cloud.width)
 
 
-def points_of(cloud: Any) -> npt.NDArray[Any]:
+def points_of(cloud: Any, every: int = 1) -> npt.NDArray[Any]:
     """
     Return a copy of the coordinates, row by row.
 
+    :param every: take every second or third point, and so on, from the first.
     :return: (N, 3), float32 or float64 as in the cloud.
     :raises InvalidArgumentException: no x, y and z of a floating type.
     """
     columns = float_columns(cloud, POINT)
     kind = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
-    return np.stack([column.reshape(-1) for column in columns], axis=1, dtype=kind)
+    return np.stack([column.reshape(-1)[::every] for column in columns], axis=1, dtype=kind)
 
 
 def write_points(cloud: Any, points: npt.NDArray[Any]) -> None:

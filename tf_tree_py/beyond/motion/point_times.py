@@ -68,7 +68,7 @@ class PointTimes(NamedTuple):
 
 def point_times(cloud: Any, field: str | None = None, unit: str | float | None = None,
                 origin: int | None = None,
-                points_valid: npt.NDArray[np.bool_] | None = None) -> PointTimes:
+                points_valid: npt.NDArray[np.bool_] | None = None, every: int = 1) -> PointTimes:
     """
     Return when each point of a cloud was taken.
 
@@ -79,12 +79,13 @@ def point_times(cloud: Any, field: str | None = None, unit: str | float | None =
     :param origin: the stamp, nanoseconds, of the field's zero: 0 if the field counts from the
         clock's own zero; None to infer whether it is that or the header's stamp.
     :param points_valid: (N,) the points from which unit and origin are inferred.
+    :param every: take every second or third point, and so on, as ``points_of`` does.
     :raises InvalidArgumentException: no such field, an unknown unit, times that cannot belong
         to the cloud's stamp, or a type that is too coarse for them.
     """
     given = None if unit is None else _size_of(unit)
     name = _time_field(cloud) if field is None else field
-    values = field_column(cloud, name).reshape(-1)
+    values = field_column(cloud, name).reshape(-1)[::every]
     values = values.astype(values.dtype.newbyteorder('='))
     valid = np.isfinite(values)
     known = values[valid if points_valid is None else valid & points_valid]

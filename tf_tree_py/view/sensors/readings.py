@@ -10,14 +10,17 @@ the controls of a page.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 import io
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.beyond.motion.cloud_fields import point_count, points_of, scan_points
+from tf_tree_py.beyond.motion.point_times import point_times
 from tf_tree_py.buffer_core import AllQueries
-from tf_tree_py.core import TransformException
+from tf_tree_py.core import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.sample import message_stamp
@@ -117,7 +120,6 @@ def _as_rgb(image: Any) -> Any:
 
 # Larger clouds are thinned. A browser can draw several clouds of this size at 10 Hz.
 MOST_POINTS: Final = 8_000
-_NUMBERS: Final = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
 
 
 class Reading(NamedTuple):
@@ -154,7 +156,7 @@ def reading_of(type_name: str, message: Any) -> Reading | None:
         return None
     try:
         return read(message)
-    except (ValueError, KeyError, OverflowError) as error:
+    except (ValueError, OverflowError, InvalidArgumentException) as error:
         return Reading(message.header.frame_id, message_stamp(message), np.empty((0, 3)),
                        problem=str(error))
 
@@ -170,56 +172,27 @@ def _plain(type_name: str) -> str:
 
 
 def _scan(message: Any) -> Reading:
-    ranges = np.asarray(message.ranges, float)
-    numbers = np.arange(len(ranges))
-    valid = np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max)
-    angles = message.angle_min + numbers * message.angle_increment
-    points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles),
-                       np.zeros(len(ranges))], axis=1)[valid]
+    points = scan_points(message)
+    valid = np.isfinite(points[:, 0])
     stamp = message_stamp(message)
     times = None
     if message.time_increment:
-        times = stamp + np.round(numbers[valid] * message.time_increment * 1e9).astype(np.int64)
-    return Reading(message.header.frame_id, stamp, points, times)
+        numbers = np.flatnonzero(valid)
+        times = stamp + np.round(numbers * message.time_increment * 1e9).astype(np.int64)
+    return Reading(message.header.frame_id, stamp, points[valid], times)
 
 
 def _cloud(message: Any) -> Reading:
-    order = '>' if message.is_bigendian else '<'
-    fields = {field.name: field for field in message.fields if field.datatype in _NUMBERS}
-    layout = np.dtype({'names': list(fields), 'itemsize': message.point_step,
-                       'formats': [order + _NUMBERS[field.datatype] for field in fields.values()],
-                       'offsets': [field.offset for field in fields.values()]})
-    count = int(message.width) * int(message.height)
-    rows = np.frombuffer(bytes(message.data), np.uint8)
-    if int(message.height) > 1 and message.row_step != message.width * message.point_step:
-        rows = rows.reshape(message.height, -1)[:, :message.width * message.point_step].ravel()
-    data = rows[:count * message.point_step].view(layout)
-    data = data[::max(-(-count // MOST_POINTS), 1)]
-    points = np.stack([data[axis].astype(float) for axis in 'xyz'], axis=1)
+    every = max(-(-point_count(message) // MOST_POINTS), 1)
+    points = points_of(message, every).astype(float)
     valid = np.isfinite(points).all(axis=1)
-    stamp = message_stamp(message)
-    times = _point_times(data, stamp)
-    return Reading(message.header.frame_id, stamp, points[valid],
-                   None if times is None else times[valid])
-
-
-def _point_times(data: npt.NDArray[Any], stamp: int) -> Stamps | None:
-    """
-    Return the time at which each point was measured, nanoseconds; None if no field has it.
-
-    Drivers use different names and units for this field.
-    """
-    names = data.dtype.names or ()
-    for name in ('t', 'offset_time'):  # Ouster, Livox: nanoseconds after the stamp
-        if name in names and data.dtype[name].kind == 'u':
-            return stamp + data[name].astype(np.int64)
-    for name in ('time', 'timestamp'):  # seconds after the stamp (Velodyne) or since 1970
-        if name in names and data.dtype[name].kind == 'f':
-            seconds = data[name].astype(float)
-            if len(seconds) and seconds.max() > 1e6:
-                return np.round(seconds * 1e9).astype(np.int64)
-            return stamp + np.round(seconds * 1e9).astype(np.int64)
-    return None
+    times = None
+    if valid.any():
+        with suppress(InvalidArgumentException):  # Without usable times, all are of one moment.
+            times = point_times(message, points_valid=valid, every=every)
+            valid &= times.valid
+    return Reading(message.header.frame_id, message_stamp(message), points[valid],
+                   None if times is None else times.stamps[valid])
 
 
 def _pose_array(message: Any) -> Reading:
