@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
+from tf_tree_py.core.geometry import so3
 
 Array = npt.NDArray[np.float64]
 Axes = str | tuple[int, int, int, int]
@@ -223,12 +224,7 @@ def quaternion_from_matrix(matrix: Any) -> tuple[float, ...]:
 
 def quaternion_multiply(quaternion1: Any, quaternion0: Any) -> tuple[float, ...]:
     """Return the product of two quaternions, of any length: 0 rotates first, then 1."""
-    x1, y1, z1, w1 = quaternion1
-    x0, y0, z0, w0 = quaternion0
-    return (w1 * x0 + x1 * w0 + y1 * z0 - z1 * y0,
-            w1 * y0 - x1 * z0 + y1 * w0 + z1 * x0,
-            w1 * z0 + x1 * y0 - y1 * x0 + z1 * w0,
-            w1 * w0 - x1 * x0 - y1 * y0 - z1 * z0)
+    return so3.multiply(quaternion1, quaternion0)
 
 
 def quaternion_conjugate(quaternion: Any) -> Array:

@@ -14,8 +14,8 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.messages.convert import time_message
 from tf_tree_py.urdf import Robot
 
-from .live_remount import Answer, changes, perceive, table
-from .live_session import answers, executable, session, ticks
+from .live_remount import Answer, changes, start_modules, table
+from .live_session import executable, session, ticks
 from ..one_edge import description, edited
 from ..remount import MODULES
 from ..report import Report
@@ -43,11 +43,7 @@ def run(processes: int = _PROCESSES) -> Report:
         path.write_text(text)
         with executable('urdf_broadcaster', '--urdf', str(path)):
             lab.start(encoders)
-            pipes = [lab.start(perceive, MODULES[number::processes])
-                     for number in range(processes)]
-            before: dict[str, Answer] = {}
-            while len(before) < len(MODULES):
-                before.update((found.module, found) for found in answers(pipes))
+            pipes, before = start_modules(lab, processes)
             new_text, line = edited(text, EDITED)
             saved = time.time_ns()
             path.write_text(new_text)

@@ -18,7 +18,7 @@ from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import answers, session, ticks
+from .live_session import answers, Session, session, ticks
 from ..remount import Module, MODULES, moving, REMOUNT, REMOUNTED, SENSORS
 from ..report import Column, Report, Table
 
@@ -71,14 +71,20 @@ def run(processes: int = _PROCESSES) -> Report:
     """Start the robot and its modules, and remount the camera while they run."""
     with session() as lab:
         robot = lab.start(publish)
-        pipes = [lab.start(perceive, MODULES[number::processes]) for number in range(processes)]
-        before: dict[str, Answer] = {}
-        while len(before) < len(MODULES):
-            before.update((found.module, found) for found in answers(pipes))
+        pipes, before = start_modules(lab, processes)
         resent = time.time_ns()
         robot.send('remount')
         after = changes(pipes)
     return _report(before, after, resent, processes)
+
+
+def start_modules(lab: Session, processes: int) -> tuple[list[Connection], dict[str, Answer]]:
+    """Start processes with all modules; return them, and the first answer of each module."""
+    pipes = [lab.start(perceive, MODULES[number::processes]) for number in range(processes)]
+    first: dict[str, Answer] = {}
+    while len(first) < len(MODULES):
+        first.update((found.module, found) for found in answers(pipes))
+    return pipes, first
 
 
 def changes(pipes: Sequence[Connection]) -> dict[str, Answer]:
