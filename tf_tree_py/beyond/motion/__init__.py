@@ -4,5 +4,5 @@
 """
 Twists, trajectories and deskewing, from many lookups.
 
-Nothing here is stored in a buffer.
+The points of clouds and scans, and their times, are read here. Nothing is stored in a buffer.
 """
