@@ -12,7 +12,7 @@ tries ten times as many. ``scripts/test --explore`` draws new ones, from the see
 
 from contextlib import suppress
 
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 settings.register_profile('ordinary', deadline=None, max_examples=20, derandomize=True,
                           database=None, print_blob=True,
@@ -21,6 +21,9 @@ settings.register_profile('thorough', settings.get_profile('ordinary'), max_exam
 settings.register_profile('brief', settings.get_profile('ordinary'), max_examples=4)
 settings.register_profile('explore', settings.get_profile('ordinary'), max_examples=100,
                           derandomize=False)
+# The shortest example of a failure does not matter.
+settings.register_profile('mutants', settings.get_profile('ordinary'),
+                          phases=[Phase.explicit, Phase.generate])
 settings.load_profile('ordinary')
 
 
