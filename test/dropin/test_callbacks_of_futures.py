@@ -154,8 +154,10 @@ def test_callback_that_raises_prevents_no_other(buffer, node, talker, executor):
     future.add_done_callback(lambda _: called.append((None, threading.current_thread())))
     talker.fix(transform('map', 'base'))
     executor.add_node(node)
-    with pytest.warns(UserWarning, match='Unhandled exception in done callback: division by zero'):
+    with pytest.warns(UserWarning, match='Unhandled exception in done callback: division by '
+                                         'zero') as caught:
         spin_until_called(executor, called)
+    assert caught[0].filename == __file__  # where the program spins
 
 
 @pytest.mark.usefixtures('listener')

@@ -15,6 +15,7 @@ from tf_tree_py.core import LookupException, UNLIMITED
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.fleet import connection, FleetError, FleetListener, roster
 from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
+from warned_lines import assert_warns_at_its_line
 from zenoh import ext, handlers, Locality, Timestamp
 
 
@@ -48,6 +49,10 @@ def test_each_robot_may_have_a_buffer_of_its_own(listen, robot):
         listener.buffer  # noqa: B018
     with pytest.raises(FleetError, match='cannot be the name of a robot'):
         listener['*']
+
+
+def test_short_window_is_warned_of_where_it_is_given():
+    assert_warns_at_its_line(lambda: FleetListener('tcp/127.0.0.1:1', cache_time=10).close())
 
 
 def test_who_has_one_buffer_is_told_so(listen):

@@ -7,12 +7,12 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 import os
 from pathlib import Path
 from typing import Any
-import warnings
 
 import numpy as np
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
+from tf_tree_py.core.errors import warn
 from tf_tree_py.core.messages.byte_cursor import ByteCursor, cursor_of, WireError
 from tf_tree_py.core.messages.incidents import Statistics
 from tf_tree_py.core.messages.message_layout import Rename
@@ -226,7 +226,7 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any 
         recording = Recording(assembly.tree, bag.path, assembly.oddities.summed(),
                               assembly.intake.statistics())
     if recording.oddities:
-        warnings.warn(as_text(path, recording.oddities), BagWarning, stacklevel=2)
+        warn(as_text(path, recording.oddities), BagWarning)
     return recording
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The exceptions of tf2, with their facts as attributes.
+The exceptions of tf2, with their facts as attributes; and warnings.
 
 The five classes of tf2_py keep tf2's names and meaning, and each can be raised with only
 a text. An error of this package also has attributes: the edge, the requested and the
@@ -10,13 +10,17 @@ available stamps, the duration of the wait, and a hint. Its text, and the hint, 
 when they are read: most errors of repeated lookups never are. ``hints`` has the texts.
 
 If a program has imported tf2_py, an ``except`` with tf2_py's classes catches these, too.
+
+A warning is at the line of the caller, no matter how deep in the package it arises.
 """
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+import os
 import sys
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any
+import warnings
 
 from .stamp import format_span, format_stamp, LATEST
 from .text import shorten
@@ -246,3 +250,33 @@ class ClockJumpException(ExtrapolationException):
 _OF_TF2 = (TransformException, InvalidArgumentException, LookupException, ConnectivityException,
            TimeoutException, ExtrapolationException)
 join('tf2_py', _OF_TF2)
+
+
+# --- warnings
+
+_FOLDER = os.path.join(sys.modules[__name__.partition('.')[0]].__path__[0], '')
+# They call callbacks of the package, and import its modules.
+_BETWEEN = {'importlib', 'rclpy'}
+
+
+def warn(text: str, category: type[Warning] = UserWarning) -> None:
+    """
+    Issue a Python warning at the line that called the package.
+
+    ``skip_file_prefixes`` of Python 3.12 does the same. A ``stacklevel`` would be wrong for each
+    caller that is a function nearer or further away.
+    """
+    frame = sys._getframe(1)
+    while frame.f_back is not None and _is_between(frame):
+        frame = frame.f_back
+    names = frame.f_globals
+    warnings.warn_explicit(text, category, frame.f_code.co_filename, frame.f_lineno,
+                           names.get('__name__'), names.setdefault('__warningregistry__', {}))
+
+
+def _is_between(frame: FrameType) -> bool:
+    """Return whether a frame is between the caller and the warning."""
+    # Not the file of its code: that of a method that dataclass generates is '<string>'.
+    names = frame.f_globals
+    return ((names.get('__file__') or '').startswith(_FOLDER)
+            or names.get('__name__', '').partition('.')[0] in _BETWEEN)

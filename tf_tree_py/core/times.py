@@ -13,12 +13,11 @@ from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta, timezone
 import operator
 from typing import Any, SupportsIndex, TypeAlias
-import warnings
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import ArgumentTypeException, InvalidArgumentException
+from .errors import ArgumentTypeException, InvalidArgumentException, warn
 from .stamp import BEGINNING, FOREVER, format_span
 
 Stamps = npt.NDArray[np.int64]
@@ -180,8 +179,6 @@ def checked_cache_time(cache_time: Any) -> int:
     if span < 0:
         raise ValueError(f'cache_time is {span} ns, and cannot be negative')
     if 0 < span < _SHORT_WINDOW:
-        warnings.warn(
-            f'cache_time={span} keeps only {format_span(span)} of history, because it is in '
-            f'nanoseconds. If you mean {span} s, pass tf_tree_py.from_seconds({span})',
-            stacklevel=3)
+        warn(f'cache_time={span} keeps only {format_span(span)} of history, because it is in '
+             f'nanoseconds. If you mean {span} s, pass tf_tree_py.from_seconds({span})')
     return span

@@ -13,13 +13,13 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
-import warnings
 import weakref
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
+from tf_tree_py.core.errors import warn
 from tf_tree_py.ros.threads.executors import takes_calls
 
 # A period of 0 would be due at once as well, but rcl computes with it.
@@ -119,4 +119,4 @@ class SpinningThread:
             try:
                 function()
             except Exception as error:
-                warnings.warn(f'Unhandled exception in done callback: {error}', stacklevel=2)
+                warn(f'Unhandled exception in done callback: {error}')

@@ -9,10 +9,10 @@ Recorded ones are converted to samples of a robot's edges, for a buffer or a bag
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
-import warnings
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.core.errors import warn
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.sample import SampleTrack
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
@@ -227,7 +227,7 @@ class JointState(NamedTuple):
 
 
 def joint_tracks(robot: Robot, states: Iterable[JointState],
-                 on_warning: Callable[[str], object] = warnings.warn) -> list[SampleTrack]:
+                 on_warning: Callable[[str], object] = warn) -> list[SampleTrack]:
     """
     Return the samples of each edge that joint states move, in the order of the messages.
 

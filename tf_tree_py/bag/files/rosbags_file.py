@@ -16,7 +16,6 @@ from pathlib import Path
 import sqlite3
 import struct
 from typing import Any
-import warnings
 
 import apsw
 from lz4.frame import LZ4FrameDecompressor
@@ -40,6 +39,7 @@ from rosbags.typesys import (
     Stores,
     TypesysError,
 )
+from tf_tree_py.core.errors import warn
 from tf_tree_py.core.stamp import format_stamp
 
 from .message_source import (
@@ -104,10 +104,9 @@ def limit_mcap(table: dict[str, Any] | None) -> None:
     :param table: of rosbags; None: a version without one, which causes a warning.
     """
     if table is None:
-        warnings.warn(
-            f'rosbags {version("rosbags")} has no place for a limit on chunks of MCAP: they are '
-            f'unpacked whole, and {VARIABLE} has no effect on them. rosbags 0.11 has one',
-            RuntimeWarning, stacklevel=2)
+        warn(f'rosbags {version("rosbags")} has no place for a limit on chunks of MCAP: they are '
+             f'unpacked whole, and {VARIABLE} has no effect on them. rosbags 0.11 has one',
+             RuntimeWarning)
         return
     table.update(zstd=_as_said(zstd.ZstdDecompressor), lz4=_as_said(LZ4FrameDecompressor))
 

@@ -11,11 +11,11 @@ transform that is refused, Python warnings and exceptions say so.
 
 from collections.abc import Callable, Hashable, Iterable
 from typing import NoReturn, TypeVar
-import warnings
 
 from .intake import Intake
 from .waiting import Deadline, Waiting, WallDeadline
 from ..edges.interpolation import checked_interpolation, Interpolation
+from ..errors import warn
 from ..geometry.pose import Pose
 from ..geometry.poses import checked_pose, PoseLike, PosesLike
 from ..messages.guards import FutureGuard, JumpBack
@@ -221,11 +221,6 @@ class PlainBuffer(Queries):
 
 # --- warnings
 
-# The stack up to the line that inserts: _warn, the method here that calls it, the method of
-# the buffer, and that line.
-_STACK_LEVEL = 4
-
-
 class RefusalWarnings:
     """Raises an exception about refused transforms, or warns once for each kind, or neither."""
 
@@ -234,7 +229,7 @@ class RefusalWarnings:
 
     def report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:
         """
-        Report incidents to the caller of the method that calls this one, and return them.
+        Report incidents to the caller, and return them.
 
         :param strict: see ``BufferCore.insert``.
         :raises RefusedException: with ``strict``, if one of them was refused.
@@ -258,4 +253,4 @@ class RefusalWarnings:
     def _warn(self, what: Hashable, text: str) -> None:
         if what not in self._warned:
             self._warned.add(what)
-            warnings.warn(text, TransformWarning, stacklevel=_STACK_LEVEL)
+            warn(text, TransformWarning)

@@ -6,7 +6,6 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import cast
-import warnings
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +18,7 @@ from ..errors import (
     ExtrapolationException,
     InvalidArgumentException,
     TransformException,
+    warn,
 )
 from ..geometry import se3
 from ..geometry.so3 import Array
@@ -118,8 +118,7 @@ def warn_of_units(lookup_at: Callable[[int], object], stamps: Stamps) -> None:
         meant = unit_that_fits(
             *cast('tuple[int, int, int]', (error.requested, error.oldest, error.latest)))
         if meant:
-            warnings.warn(f'None of {len(stamps)} stamps has an answer. {meant}',
-                          TransformWarning, stacklevel=4)
+            warn(f'None of {len(stamps)} stamps has an answer. {meant}', TransformWarning)
 
 
 def ends_of(stamps: Stamps) -> tuple[int, int]:
