@@ -203,6 +203,8 @@ def test_few_poses_make_a_spline_too(stamps, knots):
     ({'knot_rate_hz': 0.0}, 'knot_rate_hz 0.0'),
     ({'knot_rate_hz': math.nan}, 'knot_rate_hz nan'),
     ({'knot_rate_hz': 'fast'}, "knot_rate_hz 'fast'"),
+    ({'knot_rate_hz': 10**400}, 'knot_rate_hz 10{400}: .* from 2e-10 to 1e9$'),
+    ({'knot_rate_hz': 1e-300}, 'knot_rate_hz 1e-300'),
     ({'knot_rate_hz': 300.0}, 'knot_rate_hz below 100'),
     ({'stamps': []}, 'not 0 stamps and 101 poses'),
     ({'stamps': [], 'poses': []}, 'not 0 stamps and 0 poses'),

@@ -3,6 +3,7 @@
 
 """A frame over time: the stamps, the stamps without a result, and velocities."""
 
+import math
 import sys
 
 from hypothesis import given, strategies as st
@@ -71,6 +72,15 @@ def test_rate_that_is_a_slip_of_the_finger_is_refused():
     buffer = buffer_of(base=[START, START + 100 * SECOND])
     with pytest.raises(InvalidArgumentException, match='more than the limit of 100000000'):
         stamps_at_rate(buffer, 'map', 'base', 1e9)
+
+
+@pytest.mark.parametrize('rate_hz', [
+    0.0, -1.0, math.nan, math.inf, 1e-300, 1e300, pytest.param(10**400, id='huge'), 'fast', None])
+def test_what_is_no_rate_is_refused(rate_hz):
+    buffer = buffer_of(base=[START, START + 100 * SECOND])
+    with pytest.raises(InvalidArgumentException, match='rate_hz .* from 2e-10 to 1e9$'):
+        stamps_at_rate(buffer, 'map', 'base', rate_hz)
+    assert stamps_at_rate(buffer, 'map', 'base', 2e-10).tolist() == [START]
 
 
 def test_start_and_stop_leave_out_the_others():

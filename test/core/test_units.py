@@ -4,6 +4,7 @@
 """Stamps in other units, and times of other libraries: converted exactly, or refused by name."""
 
 from datetime import datetime, timedelta, timezone
+from decimal import Decimal
 import warnings
 
 import numpy as np
@@ -67,7 +68,17 @@ def test_column_with_a_gap_is_not_taken_for_seconds():
     (float('nan'), 'are not a time'), (float('inf'), 'are not a time'),
     ('12', "'12' is a str"), (None, 'None is a NoneType'),
     (np.float64('nan'), 'are not a time'), (['a'], 'seconds are numbers'), ([1.7e18], '64 bits'),
+    (1e300, r'^1e\+300 seconds do not fit'), (np.float64(-1e300), r'^-1e\+300 seconds do not fit'),
+    (np.float32(3e38), r'^3e\+38 seconds do not fit'),
+    pytest.param(10**400, '^That many seconds do not fit', id='huge'),
+    pytest.param(np.array(-10**5000, dtype=object), '^That many seconds do not', id='huge 0-d'),
+    (2**63 / 1e9, 'do not fit'), ([0.0, 1e300], r'^seconds\[1\] is 1e\+300'),
+    ([Decimal('1e400')], r'^seconds\[0\] is 1E\+400'), ([10**30], r'^seconds\[0\] is 10{30},'),
+    ([1, 10**400], '64 bits of nanoseconds: int too large'),
+    ([0.5, None], r'^seconds\[1\] is None'),
+    ([0.5, object()], '64 bits of nanoseconds: .* not .object'),
 ])
+@pytest.mark.filterwarnings('error::RuntimeWarning')
 def test_what_is_no_number_of_seconds_is_refused_in_words(seconds, sentence):
     with pytest.raises(ValueError, match=sentence):
         from_seconds(seconds)

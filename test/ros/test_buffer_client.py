@@ -276,6 +276,12 @@ def test_goal_that_no_server_knows_is_asked_again_in_its_time(other, make_client
         client.lookup_transform('map', 'base', LATEST)
 
 
+@pytest.mark.parametrize('check_frequency', [0.0, -1.0, float('nan'), float('inf'), 1e-300])
+def test_what_is_no_frequency_is_refused(make_client, check_frequency):
+    with pytest.raises(ValueError, match='check_frequency=.* from 1e-9 to 1e9 Hz$'):
+        make_client(check_frequency=check_frequency)
+
+
 def test_missing_server_is_told_at_once_or_after_the_timeout(make_client, client):
     # The next check is in an hour, and no response is late before that.
     patient = make_client(check_frequency=1.0 / 3600.0, timeout_padding=lasting(3600.0))

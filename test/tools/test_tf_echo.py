@@ -104,6 +104,8 @@ def test_hint_is_a_line_of_its_own(tmp_path):
     (['map', 'lidar', '--at', 'nan'], "'nan' is not a stamp"),
     (['map', 'lidar', '--at', '1e999999999'], "'1e999999999' is not a stamp"),
     (['map', 'lidar', '--rate', '0'], "'0' is not a number greater than zero"),
+    (['map', 'lidar', '--rate', '1e-300'], "'1e-300' is not a number from 1e-9 to 1e9"),
+    (['map', 'lidar', '--seconds', '1e300'], "'1e300' is not a number from 1e-9 to 1e9"),
     (['map', 'lidar', '--bag', 'nowhere'], 'nowhere')])
 def test_what_cannot_be_asked_is_one_sentence(arguments, sentence):
     assert_one_sentence(tool('tf_echo', *arguments), 'tf_echo', sentence)

@@ -139,10 +139,15 @@ def number(text: str) -> float:
 
 
 def positive_number(text: str) -> float:
-    """Return a number of the command line that is finite and greater than zero."""
+    """
+    Return a number of the command line that is greater than zero.
+
+    Its limits keep seconds, and the period of a rate, within 64 bits of nanoseconds.
+    """
     value = _float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'{text!r} is not a number greater than zero')
+    if not 1e-9 <= value <= 1e9:
+        which = 'from 1e-9 to 1e9' if 0.0 < value < math.inf else 'greater than zero'
+        raise argparse.ArgumentTypeError(f'{text!r} is not a number {which}')
     return value
 
 

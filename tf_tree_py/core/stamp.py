@@ -15,6 +15,7 @@ from the newest stamp.
 
 from collections.abc import Sequence
 import math
+import sys
 from typing import Any, overload
 
 import numpy as np
@@ -73,14 +74,18 @@ def _one(seconds: Any) -> int:
     if not isinstance(seconds, float | int):
         raise ValueError(
             f'seconds must be a number, and {seconds!r} is a {type(seconds).__name__}')
-    if not math.isfinite(seconds):
-        raise ValueError(f'{seconds} seconds are not a time')
-    nanoseconds = round(seconds * NANOSECONDS_PER_SECOND)
-    if not BEGINNING <= nanoseconds < FOREVER:
-        raise ValueError(
-            f'{seconds:g} seconds do not fit into 64 bits of nanoseconds: as a time they are '
-            'outside the years 1678 to 2262. Are they milliseconds, or nanoseconds already?')
-    return nanoseconds
+    # A float of numpy would warn of an overflow.
+    exact = seconds if isinstance(seconds, int) else float(seconds)
+    nanoseconds = exact * NANOSECONDS_PER_SECOND
+    if BEGINNING <= nanoseconds < FOREVER:
+        return round(nanoseconds)
+    if not abs(exact) < math.inf:
+        raise ValueError(f'{exact} seconds are not a time')
+    # No float is as large as some integers.
+    given = f'{exact:g}' if abs(exact) <= sys.float_info.max else 'That many'
+    raise ValueError(
+        f'{given} seconds do not fit into 64 bits of nanoseconds: as a time they are '
+        'outside the years 1678 to 2262. Are they milliseconds, or nanoseconds already?')
 
 
 def unit_that_fits(stamp: int, oldest: int, latest: int) -> str:
@@ -107,7 +112,12 @@ def _nanoseconds_of(seconds: npt.NDArray[Any]) -> npt.NDArray[Any]:
         return seconds.astype(object) * NANOSECONDS_PER_SECOND
     if seconds.dtype.kind not in 'fO':
         raise ValueError(f'seconds are numbers, not {seconds.dtype}')
-    return np.rint(seconds.astype(float) * NANOSECONDS_PER_SECOND)
+    try:
+        with np.errstate(over='ignore'):
+            return np.rint(seconds.astype(float) * NANOSECONDS_PER_SECOND)
+    except (TypeError, OverflowError) as error:  # an object that is not a number, or too large
+        raise ValueError(f'seconds are numbers that fit into 64 bits of nanoseconds: {error}'
+                         ) from None
 
 
 def as_seconds(stamp: int) -> float:

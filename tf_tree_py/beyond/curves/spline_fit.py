@@ -17,7 +17,7 @@ from tf_tree_py.core.edges.tracks import InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.poses import checked_poses, judged
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import format_stamp, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.times import checked_stamps, Stamps, StampsLike
 
 from .spline_segment import (
@@ -165,20 +165,20 @@ def checked_samples(stamps: StampsLike, poses: Any) -> tuple[Stamps, Array]:
     return times[order], unit[order]
 
 
-def checked_rate(knot_rate_hz: float) -> float:
+def checked_rate(given: float, name: str = 'knot_rate_hz') -> float:
     """
-    Return a caller's knot rate as a float.
+    Return a caller's rate as a float.
 
     :raises InvalidArgumentException: it is not a valid rate.
     """
     try:
-        rate = float(knot_rate_hz)
-    except (TypeError, ValueError):
+        rate = float(given)
+    except (TypeError, ValueError, OverflowError):
         rate = math.nan
-    if not 0.0 < rate <= NANOSECONDS_PER_SECOND:
+    if not 2e-10 <= rate <= 1e9:  # its period fits into 64 bits of nanoseconds
         raise InvalidArgumentException(
-            f'Invalid argument knot_rate_hz {knot_rate_hz!r}: it must be a number of knots per '
-            'second, greater than 0 and at most one per nanosecond')
+            f'Invalid argument {name} {given!r}: it must be a number per second, from 2e-10 '
+            'to 1e9')
     return rate
 
 

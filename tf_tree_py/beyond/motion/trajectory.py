@@ -21,6 +21,7 @@ from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.core.tree.queries import Queries
 
 from .twist import lookup_twist_many
+from ..curves.spline_fit import checked_rate
 
 AVERAGING_INTERVAL = NANOSECONDS_PER_SECOND // 10
 """The interval over which velocities are averaged, nanoseconds; see ``lookup_twist``."""
@@ -155,10 +156,11 @@ def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str, rate_hz:
     :param rate_hz: greater than zero.
     :param start: leave out earlier stamps, nanoseconds.
     :param stop: leave out later stamps.
-    :raises InvalidArgumentException: all edges between the two are static, or there would be
-        more than ``MOST_STAMPS`` stamps.
+    :raises InvalidArgumentException: not a rate, all edges between the two are static, or there
+        would be more than ``MOST_STAMPS`` stamps.
     :raises TransformException: as in ``lookup``.
     """
+    rate_hz = checked_rate(rate_hz, 'rate_hz')
     moving, first, last = _common_span(tree, target_frame, source_frame, start, stop)
     count = int((last - first) * rate_hz / NANOSECONDS_PER_SECOND) + 1
     if count > MOST_STAMPS:
@@ -166,7 +168,7 @@ def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str, rate_hz:
             f'{rate_hz:g} Hz from {format_stamp(first)} to {format_stamp(last)} s are {count} '
             f'stamps, which is more than the limit of {MOST_STAMPS}. The longest edge '
             f'is {_named(max(moving, key=lambda edge: edge.span))}')
-    since = np.arange(count) * (NANOSECONDS_PER_SECOND / rate_hz)
+    since = np.arange(count) * NANOSECONDS_PER_SECOND / rate_hz
     return np.minimum(first + np.rint(since).astype(np.int64), last)
 
 

@@ -52,8 +52,11 @@ class BufferClient(BufferInterface):
             and the time is not over, Hz.
         :param timeout_padding: how much longer than the timeout the answer may take; an rclpy
             ``Duration``, or seconds.
+        :raises ValueError: ``check_frequency`` is not from 1e-9 to 1e9.
         """
         check_places('BufferClient(node, name)', node=node)
+        if not 1e-9 <= check_frequency <= 1e9:
+            raise ValueError(f'check_frequency={check_frequency!r} has to be from 1e-9 to 1e9 Hz')
         self.node = node
         self.check_frequency = check_frequency
         self.timeout_padding = timeout_padding
