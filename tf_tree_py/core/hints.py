@@ -83,6 +83,11 @@ def unconnected(live: bool) -> str:
     return f'{_UNCONNECTED}: {why} {_LISTS}'
 
 
+def nothing_yet() -> str:
+    """Return the hint in a live buffer that has no frame."""
+    return 'Nothing has been received yet'
+
+
 def unknown_frame(frame: str, names: Iterable[str], when_empty: str) -> Hint:
     """
     Return the hint about a frame name that no edge has.

@@ -34,6 +34,7 @@ from tf_tree_py.core.errors import (
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import carry, PoseTuple
 from tf_tree_py.core.geometry.so3 import Quaternion, Vector3
+from tf_tree_py.core.hints import nothing_yet
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.tree.queries import Queries
@@ -178,9 +179,9 @@ class BufferCore(OurBuffer):
         # tf2's timeouts end also where no node publishes /clock.
         self.timeouts.by_wall = True
 
-    def _when_empty(self, fed: bool) -> str:
+    def _nothing_yet(self) -> str:
         # tf2's own kind of listener does not register with the buffer.
-        return 'Nothing has been received yet'
+        return nothing_yet()
 
     def set_transform(self, transform: TransformStamped,  # type: ignore[override]
                       authority: str) -> None:

@@ -9,6 +9,8 @@ until the structure of the tree changes. The poses of all frames in one of them 
 one pass over the tree.
 """
 
+from collections.abc import Callable
+
 from .climb import blockers, Branches, climb, climb_both
 from .path import edge_to_blame, latest_common, Path
 from ..edges.protocol import History, moves
@@ -24,7 +26,7 @@ from ..errors import (
 )
 from ..geometry import se3
 from ..geometry.se3 import PoseTuple
-from ..hints import unconnected, unknown_frame
+from ..hints import nothing_yet, unconnected, unknown_frame
 
 # The maximum number of cached paths; all are removed when it is reached.
 _MAX_PATHS = 20_000
@@ -34,7 +36,7 @@ class PathFinder:
     """
     Finds paths in a tree, and caches those on which no edge ever changed its parent.
 
-    :ivar when_empty: the hint of an error in a live buffer while there is no frame.
+    :ivar when_empty: returns the hint of an error in a live buffer while there is no frame.
     """
 
     def __init__(self, histories: dict[str, History], frames: dict[str, None]) -> None:
@@ -44,7 +46,7 @@ class PathFinder:
         :param histories: the tree's own mapping of each child frame's samples.
         :param frames: the tree's own mapping of every frame name.
         """
-        self.when_empty = 'Nothing has been received yet'
+        self.when_empty: Callable[[], str] = nothing_yet
         self._histories = histories
         self._frames = frames
         self._changes_parent: bool | None = None
@@ -170,7 +172,8 @@ class PathFinder:
         if frame not in self._frames:
             raise LookupException(
                 f'"{frame}" passed to {query} argument {argument} does not exist',
-                hint=unknown_frame(frame, self._frames, self.when_empty),
+                hint=unknown_frame(
+                    frame, self._frames, '' if self._frames else self.when_empty()),
                 blocked_on=ANY_STRUCTURE)
 
     def _check_frames(self, target: str, source: str) -> None:

@@ -39,33 +39,31 @@ class AttachedListeners:
     """
     All listeners that fill one buffer.
 
-    All methods may be called from any thread. The length is the number of listeners.
+    All methods may be called from any thread. The length is the number of listeners to /tf.
 
     :ivar watch: the buffer's clock; listeners lend it their clocks.
     :ivar log: the log of what is wrong with arriving messages.
+    :ivar side_listeners: the number of listeners to other topics.
     """
 
-    def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch,
-                 on_change: Callable[[bool], None], logger: Any) -> None:
+    def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch, logger: Any) -> None:
         """
         Begin without listeners.
 
         :param intake: receives what arrives.
         :param waiting: the buffer's queue of waiters; some give up when the last listener ends.
-        :param on_change: called with the buffer's lock; takes whether there is a listener now.
         :param logger: an rclpy logger.
         """
         self._intake = intake
         self._waiting = waiting
         self.watch = watch
-        self._on_change = on_change
         self._count = 0
+        self.side_listeners = 0
         self._to_spin: list[NodeToSpin] = []
         # Not their identifiers, which are reused by later threads.
         self._threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
         self._authorities: dict[str, NamedPublisher] = {}
         self.log = IncidentLog(logger)
-        on_change(False)
 
     def __len__(self) -> int:
         return self._count
@@ -99,8 +97,17 @@ class AttachedListeners:
     def _add(self, change: int) -> int:
         with self._waiting.lock:
             self._count += change
-            self._on_change(self._count > 0)
             return self._count
+
+    def begin_side_listener(self) -> None:
+        """Register a listener to another topic, such as one with covariances."""
+        with self._waiting.lock:
+            self.side_listeners += 1
+
+    def end_side_listener(self) -> None:
+        """Unregister such a listener."""
+        with self._waiting.lock:
+            self.side_listeners -= 1
 
     def check_spinning(self) -> Callable[[], str]:
         """

@@ -29,6 +29,7 @@ from tf_tree_py.core.buffer.plain_buffer import (
     DEFAULT_MAX_NAME_BYTES,
 )
 from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.hints import nothing_yet
 from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.messages.sample import ImpossibleStamp
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
@@ -117,9 +118,9 @@ class Buffer(CoreApi, BufferInterface):
             self.waiting, self._watch,
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
         self.feeds = AttachedListeners(self.intake, self.waiting, self._watch,
-                                       self._say_when_empty,
                                        rclpy.logging.get_logger('tf_tree_py'))
         """The listeners that fill this buffer; they register themselves here."""
+        self._tree.paths.when_empty = self._when_empty
         self.timeouts.check_spinning = self.feeds.check_spinning
         if node is not None:
             self.feeds.log_to(node.get_logger())
@@ -161,16 +162,24 @@ class Buffer(CoreApi, BufferInterface):
         """
         return self.feeds.note(self.intake.take([as_sample(transform)], authority, True))
 
-    def _say_when_empty(self, fed: bool) -> None:
-        self._tree.paths.when_empty = self._when_empty(fed)
+    def _when_empty(self) -> str:
+        """Return the hint for lookups while there is no frame; the lock is held."""
+        counts = self.intake.statistics()
+        if counts.accepted:
+            return 'All frames were removed'
+        if counts.refused:
+            return 'All that was received was refused: the log and statistics() have the reasons'
+        return self._nothing_yet()
 
-    def _when_empty(self, fed: bool) -> str:
-        """Return the hint for lookups before anything has arrived."""
-        if fed:
-            return ('Nothing has been received yet: does any node publish on /tf or /tf_static '
-                    'with the same ROS_DOMAIN_ID? tf_doctor also reports publishers whose '
-                    'quality of service does not match')
-        return ('Nothing has been received yet, and no listener feeds this buffer: '
+    def _nothing_yet(self) -> str:
+        if self.feeds:
+            return (f'{nothing_yet()}: does any node publish on /tf or /tf_static with the same '
+                    'ROS_DOMAIN_ID? tf_doctor also reports publishers whose quality of service '
+                    'does not match')
+        if self.feeds.side_listeners:  # covariances may have arrived
+            return ('No transform has been received yet, and no listener of this buffer reads '
+                    '/tf: TransformListener(buffer, node) does')
+        return (f'{nothing_yet()}, and no listener feeds this buffer: '
                 'TransformListener(buffer, node) does')
 
     # --- clock

@@ -52,19 +52,20 @@ class SideTopics:
     :ivar log: of what is wrong with what arrives.
     """
 
-    def __init__(self, owner: object, node: Node, name: str, log: LimitedLog | None = None
-                 ) -> None:
+    def __init__(self, owner: object, node: Node, name: str, log: LimitedLog | None = None,
+                 on_end: Callable[[], object] = lambda: None) -> None:
         """
         Begin without topics.
 
         :param owner: when it is garbage collected, the thread ends; no callback may keep it alive.
         :param node: supplies the names and remappings.
         :param log: see above; None: the node's.
+        :param on_end: the thread calls it last.
         """
         self._node = node
         self._home = internal_node(node, name, with_clock=False)
         self.log = log or LimitedLog(node.get_logger().warning)
-        self._receiver = Receiver(self._home, lambda: None, write_counts=self.log.write_counts)
+        self._receiver = Receiver(self._home, on_end, write_counts=self.log.write_counts)
         self._subscriptions: list[Any] = []
         weakref.finalize(owner, self._receiver.stop)
 
@@ -97,7 +98,8 @@ class _Listener:
         """
         check_is_ours(buffer, Buffer, type(self).__name__)
         check_places(usage, node=node)
-        self._topics = SideTopics(self, node, name, log)
+        self._topics = SideTopics(self, node, name, log, buffer.feeds.end_side_listener)
+        buffer.feeds.begin_side_listener()
 
     def close(self) -> None:
         """Stop listening; the contents of the buffer stay."""
