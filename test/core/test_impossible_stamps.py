@@ -7,8 +7,9 @@ from hypothesis import example, given, strategies as st
 import pytest
 from serialized import serialize, serialize_ros1
 from tf_tree_py import BufferCore
+from tf_tree_py.bag.files.ros1_bytes import find_ros1_layout
 from tf_tree_py.core.messages.incidents import Kind
-from tf_tree_py.core.messages.message_layout import find_layout, find_ros1_layout
+from tf_tree_py.core.messages.message_layout import find_layout
 from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch, ImpossibleStamp
 from tf_tree_py.core.messages.wire import WireReader

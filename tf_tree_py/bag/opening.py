@@ -13,7 +13,7 @@ from tf_tree_py.beyond.uncertainty.insertion import Covariances
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.errors import warn
-from tf_tree_py.core.messages.byte_cursor import ByteCursor, cursor_of, WireError
+from tf_tree_py.core.messages.byte_cursor import ByteCursor, WireError
 from tf_tree_py.core.messages.incidents import Statistics
 from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import Sample
@@ -38,6 +38,7 @@ from .assembly.decoding import Decoder, prefixed, renames
 from .files.bag_reader import Bag, PathLike
 from .files.joint_states import JointStateReader
 from .files.message_source import MessageSource
+from .files.ros1_bytes import cursor_of
 from .progress import progress_bar
 
 JOINT_STATES = 'sensor_msgs/JointState'

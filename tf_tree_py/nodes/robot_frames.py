@@ -9,10 +9,12 @@ import numpy as np
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.core.messages.wire import MessageTemplate, write
+from tf_tree_py.core.messages.wire import write
 from tf_tree_py.urdf import Joint, Robot
 from tf_tree_py.urdf.joint_states import JointStates, Rows
 from tf_tree_py.urdf.joints import FIXED
+
+from .message_template import MessageTemplate
 
 # The maximum number of stencils, one for each set of edges that are sent together.
 _MAX_STENCILS = 64

@@ -11,12 +11,13 @@ from dataclasses import replace
 import numpy as np
 from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, RecordedMessage
 from tf_tree_py.bag.files.message_source import decode
+from tf_tree_py.bag.files.ros1_bytes import cursor_of
 from tf_tree_py.bag.opening import no_transforms
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.beyond.uncertainty.insertion import take_estimate
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.messages.byte_cursor import cursor_of, WireError
+from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds

@@ -20,7 +20,6 @@ from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.message_layout import (
     as_published,
     find_layout,
-    find_ros1_layout,
     Key,
     key_of,
     Rename,
@@ -31,6 +30,7 @@ from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
 
 from ..files.message_source import MessageSource, RecordedMessage
+from ..files.ros1_bytes import find_ros1_layout
 
 
 class Decoder:

@@ -3,8 +3,10 @@
 
 """The bytes of a JointState, of ROS 2 and of ROS 1, as a stamp, names and positions."""
 
-from tf_tree_py.core.messages.byte_cursor import ByteCursor, cursor_of
+from tf_tree_py.core.messages.byte_cursor import ByteCursor
 from tf_tree_py.urdf import JointState
+
+from .ros1_bytes import cursor_of
 
 
 class JointStateReader:

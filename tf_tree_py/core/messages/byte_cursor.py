@@ -6,7 +6,7 @@ Reading the bytes of messages field by field.
 
 ROS 2 uses CDR, in either byte order: 4 bytes of encapsulation, then numbers that are aligned
 relative to the byte after the encapsulation, and strings with a uint32 length that includes
-the closing NUL. ROS 1 has no encapsulation, no alignment and no NULs, and is little-endian.
+the closing NUL. A subclass reads another format: see ``bag.files.ros1_bytes``.
 """
 
 import struct
@@ -26,25 +26,6 @@ class WireError(ValueError):
     """The bytes are not a complete message of the type."""
 
 
-def cursor_of(data: bytes, ros1: bool) -> 'ByteCursor':
-    """
-    Return a cursor at the beginning of a message.
-
-    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
-    :raises WireError: the bytes do not begin with the encapsulation of CDR.
-    """
-    return ros1_cursor(data) if ros1 else cdr_cursor(data)
-
-
-def header_stamp(data: bytes, ros1: bool) -> int:
-    """
-    Return the stamp of a message that begins with a header, nanoseconds.
-
-    :raises WireError: the bytes end before that, or do not begin with the encapsulation of CDR.
-    """
-    return cursor_of(data, ros1).take_stamp()
-
-
 def cdr_cursor(data: bytes) -> 'ByteCursor':
     """
     Return a cursor at the beginning of a message of ROS 2.
@@ -55,11 +36,6 @@ def cdr_cursor(data: bytes) -> 'ByteCursor':
     if order is None:
         raise WireError(f'not CDR: it begins with the bytes {data[:4].hex(" ")}')
     return ByteCursor(data, order)
-
-
-def ros1_cursor(data: bytes) -> 'ByteCursor':
-    """Return a cursor at the beginning of a message of ROS 1."""
-    return _Ros1ByteCursor(data, '<')
 
 
 class ByteCursor:
@@ -127,32 +103,16 @@ class ByteCursor:
     def _decoded(self, text: bytes, begin: int) -> str:
         if text and text[-1]:
             raise WireError(f'the name at byte {begin} does not end with NUL')
-        return _text(text[:-1], begin)
+        return text_of(text[:-1], begin)
 
 
-class _Ros1ByteCursor(ByteCursor):
-    """A position in the bytes of a message of ROS 1."""
+def text_of(text: bytes, begin: int) -> str:
+    """
+    Return the text of a string's bytes.
 
-    head = 4
-    stamp = 'II'
-
-    def __init__(self, data: bytes, order: str) -> None:
-        super().__init__(data, order)
-        self.position = 0
-
-    def skip(self, size: int, alignment: int) -> int:
-        """Skip a field, which is not aligned, and return its position."""
-        return super().skip(size, 1)
-
-    def skip_stamp(self) -> int:
-        """Skip a seq and a stamp, and return the position of the stamp."""
-        return self.skip(12, alignment=1) + 4
-
-    def _decoded(self, text: bytes, begin: int) -> str:
-        return _text(text, begin)
-
-
-def _text(text: bytes, begin: int) -> str:
+    :param begin: where they begin in the message.
+    :raises WireError: they are not UTF-8.
+    """
     try:
         return text.decode()
     except UnicodeDecodeError:

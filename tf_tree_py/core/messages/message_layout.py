@@ -5,10 +5,9 @@
 The positions of the numbers in the bytes of a TFMessage with certain names.
 
 A TFMessage is a uint32 count, then for each transform int32 sec, uint32 nanosec, string
-frame_id, string child_frame_id and 7 doubles (translation x y z, rotation x y z w). ROS 1 has
-a uint32 seq before each stamp, and its seconds are unsigned. ``byte_cursor`` reads the numbers
-and strings of both. Many messages with the same names are read together, as one numpy array
-of their bytes.
+frame_id, string child_frame_id and 7 doubles (translation x y z, rotation x y z w).
+``byte_cursor`` reads the numbers and strings. Many messages with the same names are read together,
+as one numpy array of their bytes.
 """
 
 from collections.abc import Callable, Generator, Iterable, Sequence
@@ -19,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .byte_cursor import ByteCursor, cdr_cursor, ros1_cursor, WireError
+from .byte_cursor import ByteCursor, cdr_cursor, WireError
 from .sample import Batch, Edge, Edges, ImpossibleStamp
 from ..edges.packed import pack_pose, POSE_BYTES, POSE_FLOATS
 from ..geometry.so3 import Array
@@ -261,16 +260,7 @@ def find_layout(data: bytes, rename: Rename) -> MessageLayout:
 
     :raises WireError: the bytes are not a TFMessage.
     """
-    return _last(find_layout_in_steps(data, rename))
-
-
-def find_ros1_layout(data: bytes, rename: Rename) -> MessageLayout:
-    """
-    Read a message of ROS 1 field by field, and return its layout.
-
-    :raises WireError: the bytes are not a TFMessage.
-    """
-    return _last(_steps(ros1_cursor(data), rename))
+    return read_layout(cdr_cursor(data), rename)
 
 
 def find_layout_in_steps(data: bytes, rename: Rename) -> Generator[None, None, MessageLayout]:
@@ -282,7 +272,14 @@ def find_layout_in_steps(data: bytes, rename: Rename) -> Generator[None, None, M
     return _steps(cdr_cursor(data), rename)
 
 
-def _last(steps: Generator[None, None, MessageLayout]) -> MessageLayout:
+def read_layout(cursor: ByteCursor, rename: Rename) -> MessageLayout:
+    """
+    Read a message field by field, and return its layout.
+
+    :param cursor: at its beginning.
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    steps = _steps(cursor, rename)
     while True:
         try:
             next(steps)

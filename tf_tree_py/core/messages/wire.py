@@ -10,16 +10,12 @@ use this file.
 A publisher sends the same frame names repeatedly. So only the first message is read field by
 field. Its ``MessageLayout`` is kept: one struct for the whole message, and the names that a
 message must contain. A later message with the same names takes one comparison of the names
-and one unpacking of the numbers. A publisher of the same edges writes in the same way: only the
-stamp and the poses of a ``MessageTemplate`` change.
+and one unpacking of the numbers.
 """
 
-from collections.abc import Collection, Generator, Iterable
-from itertools import accumulate
+from collections.abc import Collection, Generator
 import struct
 import sys
-
-import numpy as np
 
 from .byte_cursor import ENCAPSULATION_BYTES, WireError
 from .incidents import Incident, Kind
@@ -36,7 +32,6 @@ from .message_layout import (
 from .sample import as_sec_nanosec, Batch, Sample
 from ..edges.packed import POSE_BYTES
 from ..geometry import se3
-from ..geometry.so3 import Array
 from ..stamp import LATEST
 
 _HEAD_BYTES = 8  # encapsulation and count
@@ -64,8 +59,7 @@ class WireReader:
         :param rename: takes (parent, child) and returns their new names, or None to drop
             the transform. It is called once for each layout, so a dropped transform costs
             almost nothing.
-        :param find: reads a message field by field: ``find_layout`` for ROS 2,
-            ``find_ros1_layout`` for ROS 1.
+        :param find: reads a message field by field; ``find_layout`` reads those of ROS 2.
         :param most: maximum bytes of its layouts; when they exceed it, all are forgotten.
         :param static: whether the transforms are valid at all times. Their stamps mean nothing,
             so no stamp is impossible.
@@ -214,43 +208,3 @@ def read(data: bytes) -> Batch:
     :raises WireError: the bytes are not a TFMessage.
     """
     return WireReader().read(data)
-
-
-# --- messages in which only numbers change
-
-class MessageTemplate:
-    """
-    One serialized message whose numbers are overwritten, at a tenth of the cost of ``write``.
-
-    Each transform begins where the previous one ends, with its stamp, and ends with its pose.
-    """
-
-    def __init__(self, edges: Iterable[tuple[str, str]]) -> None:
-        """
-        Write the constant parts.
-
-        :param edges: (parent, child) of each transform.
-        """
-        samples = [Sample(parent, child, LATEST, se3.IDENTITY) for parent, child in edges]
-        self._data = bytearray(write(samples))
-        # All transforms but the first begin at the same alignment.
-        first = len(write(samples[:1]))
-        ends = list(accumulate((len(write([samples[0], sample])) - first
-                                for sample in samples[1:]), initial=first))[:len(samples)]
-        self._words, self._doubles = (
-            np.frombuffer(self._data, kind, (len(self._data) - ENCAPSULATION_BYTES) // width,
-                          ENCAPSULATION_BYTES) for kind, width in (('<i4', 4), ('<f8', 8)))
-        begins = np.array([_HEAD_BYTES, *ends][:len(samples)], np.intp)
-        self._stamps = (begins - ENCAPSULATION_BYTES) // 4
-        poses = np.array(ends, np.intp) - POSE_BYTES
-        self._poses = (poses[:, None] - ENCAPSULATION_BYTES) // 8 + np.arange(7)
-
-    def fill(self, stamp: int, poses: Array) -> bytes:
-        """
-        Return the message with one stamp, and with poses (edges, 7).
-
-        :raises InvalidArgumentException: a stamp that no message can hold.
-        """
-        self._words[self._stamps], self._words[self._stamps + 1] = as_sec_nanosec(stamp)
-        self._doubles[self._poses] = poses
-        return bytes(self._data)

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from tf_tree_py.bag import Bag, MessageSource
 from tf_tree_py.bag.files.message_source import decode
-from tf_tree_py.core.messages.byte_cursor import header_stamp, WireError
+from tf_tree_py.bag.files.ros1_bytes import cursor_of
+from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.times import Stamps
 
 from .readings import is_known, Reading, reading_of
@@ -122,7 +123,7 @@ def _read(path: Path, topic: str) -> _Topic:
 def _stamp_of(source: MessageSource, data: bytes) -> int | None:
     """Return the stamp of the header at the beginning of a message; None if there is none."""
     try:
-        return header_stamp(data, source.ros1)
+        return cursor_of(data, source.ros1).take_stamp()
     except WireError:
         return None
 
