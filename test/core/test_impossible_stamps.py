@@ -7,6 +7,7 @@ from hypothesis import example, given, strategies as st
 import pytest
 from serialized import serialize, serialize_ros1
 from tf_tree_py import BufferCore
+from tf_tree_py.bag.assembly.message_block import MessageBlock
 from tf_tree_py.bag.files.ros1_bytes import find_ros1_layout
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.message_layout import find_layout
@@ -71,7 +72,7 @@ def test_those_and_only_those_are_left_out_of_a_message(write, find):
 def test_block_of_messages_has_the_possible_ones(several):
     data = [serialize(message((pairs * 3)[:3])) for pairs in several]
     layout = find_layout(data[0], lambda *edge: edge)
-    fits, read, _ = layout.block.read(data)
+    fits, read, _ = MessageBlock(layout).read(data)
     batches = [layout.read(each) for each in data]
     assert fits.tolist() == [not batch.impossible for batch in batches]
     assert read.T.tolist() == [list(batch.stamps) for batch in batches if not batch.impossible]

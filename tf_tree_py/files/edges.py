@@ -14,12 +14,12 @@ The rules:
 """
 
 from array import array
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, Protocol, TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple, overload, Protocol, TypeVar
 
 import numpy as np
 from tf_tree_py.core.edges.interpolation import checked_interpolation, Interpolation, LINEAR
-from tf_tree_py.core.edges.packed import Columns, Names, POSE_FLOATS
+from tf_tree_py.core.edges.packed import Columns, POSE_FLOATS
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
@@ -157,6 +157,34 @@ HISTORIES['samples'] = _Format(
     Samples, save_samples, lambda child, saved: load_samples(Samples, child, saved))
 
 
+class _Names(Sequence[str]):
+    """The parent of every sample, stored as an index into a list of names."""
+
+    def __init__(self, codes: 'memoryview[int]', names: Sequence[str]) -> None:
+        self._codes = codes
+        self._names = names
+
+    def __len__(self) -> int:
+        return len(self._codes)
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> '_Names': ...
+
+    def __getitem__(self, index: int | slice) -> 'str | _Names':
+        if isinstance(index, slice):
+            return _Names(self._codes[index], self._names)
+        return self._names[self._codes[index]]
+
+    def __iter__(self) -> Iterator[str]:
+        return map(self._names.__getitem__, self._codes)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+
 def _load_columns(saved: Saved) -> tuple[Columns, str | None]:
     """Return columns in place, and the parent of the newest sample."""
     count = saved.whole('samples')
@@ -167,7 +195,7 @@ def _load_columns(saved: Saved) -> tuple[Columns, str | None]:
     names, ends = saved.many('parents', str), saved.many('ends', int)
     codes = saved.codes(count)
     _check_structure(stamps, codes, len(names))
-    parents = Names(codes, names)
+    parents = _Names(codes, names)
     return (Columns(stamps, poses, parents, ends),
             None if stamps[-1] in ends else parents[-1])
 

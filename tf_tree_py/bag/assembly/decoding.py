@@ -29,6 +29,7 @@ from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
 
+from .message_block import block_of
 from ..files.message_source import MessageSource, RecordedMessage
 from ..files.ros1_bytes import find_ros1_layout
 
@@ -172,7 +173,7 @@ def _add_alike(arrivals: Sequence[RecordedMessage], numbers: list[int], reader: 
             layout = reader.layout_of(arrivals[left[0]].data)
         except WireError:
             break
-        fits, stamps, poses = layout.block.read([arrivals[number].data for number in left])
+        fits, stamps, poses = block_of(layout).read([arrivals[number].data for number in left])
         for edge, *columns in zip(layout.edges, stamps, poses, strict=True):
             parts[edge].append(Samples(left[fits], *columns))
         left = left[~fits]

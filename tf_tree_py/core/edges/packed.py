@@ -9,9 +9,9 @@ A history or a file owns the memory. Subclasses define the poses between samples
 
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 import struct
-from typing import cast, NamedTuple, overload, TypeVar
+from typing import cast, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -38,36 +38,6 @@ class Columns(NamedTuple):
     parents: Sequence[str] | None
     ends: Collection[int]
 
-
-class Names(Sequence[str]):
-    """The parent of every sample, stored as an index into a list of names."""
-
-    def __init__(self, codes: 'memoryview[int]', names: Sequence[str]) -> None:
-        self._codes = codes
-        self._names = names
-
-    def __len__(self) -> int:
-        return len(self._codes)
-
-    @overload
-    def __getitem__(self, index: int) -> str: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> 'Names': ...
-
-    def __getitem__(self, index: int | slice) -> 'str | Names':
-        if isinstance(index, slice):
-            return Names(self._codes[index], self._names)
-        return self._names[self._codes[index]]
-
-    def __iter__(self) -> Iterator[str]:
-        return map(self._names.__getitem__, self._codes)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._names
-
-
-# --- the window of samples
 
 POSE_BYTES = 56
 pack_pose = struct.Struct('7d').pack

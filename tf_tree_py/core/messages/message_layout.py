@@ -6,8 +6,7 @@ The positions of the numbers in the bytes of a TFMessage with certain names.
 
 A TFMessage is a uint32 count, then for each transform int32 sec, uint32 nanosec, string
 frame_id, string child_frame_id and 7 doubles (translation x y z, rotation x y z w).
-``byte_cursor`` reads the numbers and strings. Many messages with the same names are read together,
-as one numpy array of their bytes.
+``byte_cursor`` reads the numbers and strings.
 """
 
 from collections.abc import Callable, Generator, Iterable, Sequence
@@ -15,23 +14,10 @@ import struct
 import sys
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from .byte_cursor import ByteCursor, cdr_cursor, WireError
 from .sample import Batch, Edge, Edges, ImpossibleStamp
-from ..edges.packed import pack_pose, POSE_BYTES, POSE_FLOATS
-from ..geometry.so3 import Array
+from ..edges.packed import pack_pose, POSE_BYTES
 from ..stamp import NANOSECONDS_PER_SECOND
-from ..times import Stamps
-
-# struct's letters for numbers, as numpy writes them.
-_TYPES = {'i': 'i4', 'I': 'u4'}
-
-# Bytes of messages that are read at a time; they fit into the cache of any processor.
-_CACHED_BYTES = 500_000
-
-Bools = npt.NDArray[np.bool_]
 
 
 class TransformPlace(NamedTuple):
@@ -42,65 +28,6 @@ class TransformPlace(NamedTuple):
     child: slice
     pose: int
 
-
-class MessageBlock:
-    """Reads messages of one size, and finds those that contain the given names."""
-
-    def __init__(self, size: int, fixed: Iterable[slice], names: bytes,
-                 places: Sequence[TransformPlace], order: str, stamp: str) -> None:
-        """
-        Prepare to read.
-
-        :param size: of a message, bytes.
-        :param fixed: the positions of the bytes that all messages share: the head, the names.
-        :param names: the bytes at these positions.
-        :param places: of the wanted transforms.
-        :param order: struct's letter for the byte order.
-        :param stamp: struct's format of a stamp.
-        """
-        self._fixed = np.concatenate([np.arange(part.start, part.stop) for part in fixed])
-        self._names = np.frombuffer(names, dtype=np.uint8)
-        # A stamp consists of two adjacent numbers of four bytes.
-        self._stamps = np.concatenate(
-            [np.arange(place.stamp, place.stamp + 8) for place in places] or [self._fixed[:0]])
-        self._stamp = np.dtype([(name, order + _TYPES[letter]) for name, letter
-                                in zip(('sec', 'nanosec'), stamp, strict=True)])
-        pose = np.dtype((f'{order}f8', POSE_FLOATS))
-        self._type = np.dtype({
-            'names': ['bytes', *(f'pose{number}' for number in range(len(places)))],
-            'formats': [np.dtype((np.uint8, size)), *(pose for _ in places)],
-            'offsets': [0, *(place.pose for place in places)], 'itemsize': size})
-        self._count = len(places)
-
-    def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
-        """
-        Return which messages contain the names and possible stamps, and their samples.
-
-        :param messages: n messages, all of the same size.
-        :return: (n,) booleans, and for the k wanted transforms in the m messages of these
-            the stamps (k, m) and the poses (k, m, 7), not checked yet.
-        """
-        count = len(messages)
-        fits = np.empty(count, dtype=np.bool_)
-        stamps = np.empty((self._count, count), dtype=np.int64)
-        poses = np.empty((self._count, count, POSE_FLOATS))
-        step = max(_CACHED_BYTES // self._type.itemsize, 1)
-        for begin in range(0, count, step):
-            some = slice(begin, begin + step)
-            rows = np.frombuffer(b''.join(messages[some]), dtype=self._type)
-            fits[some] = (rows['bytes'].take(self._fixed, axis=1) == self._names).all(axis=1)
-            pairs = rows['bytes'].take(self._stamps, axis=1).view(self._stamp).T
-            fits[some] &= (pairs['nanosec'] < NANOSECONDS_PER_SECOND).all(axis=0)
-            np.multiply(pairs['sec'], NANOSECONDS_PER_SECOND, out=stamps[:, some], dtype=np.int64)
-            stamps[:, some] += pairs['nanosec']
-            for number in range(self._count):
-                poses[number, some] = rows[f'pose{number}']
-        if fits.all():
-            return fits, stamps, poses
-        return fits, stamps[:, fits], poses[:, fits]
-
-
-# --- the layout
 
 # Positions of the first parent's name, equal in both formats: the seq of ROS 1 is as long as
 # the encapsulation of CDR.
@@ -138,10 +65,14 @@ class MessageLayout:
     :ivar key: of its messages; see ``key_of``.
     :ivar size: the approximate memory that it takes, bytes.
     :ivar edges: (parent, child) of each wanted transform.
+    :ivar wanted: the positions of each wanted transform.
+    :ivar fixed: the positions of the bytes that all messages share: the head, the names.
+    :ivar names: the bytes at these positions.
+    :ivar order: struct's letter for the byte order; ``stamp``: its format of a stamp.
     """
 
-    __slots__ = ('key', 'size', 'edges', '_slashed', '_fixed', '_names', '_unpack_names',
-                 '_unpack_numbers', '_wanted', '_order', '_stamp', '_block')
+    __slots__ = ('key', 'size', 'edges', 'wanted', 'fixed', 'names', 'order', 'stamp',
+                 '_slashed', '_unpack_names', '_unpack_numbers')
 
     def __init__(self, cursor: ByteCursor, places: Sequence[TransformPlace],
                  edges: Sequence[Edge | None], slashed: Sequence[str]) -> None:
@@ -154,34 +85,25 @@ class MessageLayout:
         :param slashed: the names that begin with a slash in the message.
         """
         self._slashed = slashed
-        data, self._order, self._stamp = cursor.data, cursor.order, cursor.stamp
+        data, self.order, self.stamp = cursor.data, cursor.order, cursor.stamp
         self.key = key_of(data)
         self.edges = Edges(edge for edge in edges if edge is not None)
-        self._wanted = [place for place, edge in zip(places, edges, strict=True)
+        self.wanted = [place for place, edge in zip(places, edges, strict=True)
                         if edge is not None]
-        self._fixed = [slice(0, cursor.head), *(
+        self.fixed = [slice(0, cursor.head), *(
             name for place in places for name in (place.parent, place.child))]
-        self._unpack_names = _fields(self._order, len(data), [
-            (part.start, f'{part.stop - part.start}s') for part in self._fixed])
-        self._names = self._unpack_names(data)
+        self._unpack_names = _fields(self.order, len(data), [
+            (part.start, f'{part.stop - part.start}s') for part in self.fixed])
+        self.names = self._unpack_names(data)
         self.size = (_TRANSFORM_BYTES * (1 + len(places))
-                     + _NAME_BYTES * sum(map(len, (*self._names, *slashed))))
-        self._unpack_numbers = _fields(self._order, len(data), [
-            field for place in self._wanted
-            for field in ((place.stamp, self._stamp), (place.pose, f'{POSE_BYTES}s'))])
-        self._block: MessageBlock | None = None
+                     + _NAME_BYTES * sum(map(len, (*self.names, *slashed))))
+        self._unpack_numbers = _fields(self.order, len(data), [
+            field for place in self.wanted
+            for field in ((place.stamp, self.stamp), (place.pose, f'{POSE_BYTES}s'))])
 
     def fits(self, data: bytes) -> bool:
         """Return whether a message with the same key has these names."""
-        return self._unpack_names(data) == self._names
-
-    @property
-    def block(self) -> MessageBlock:
-        """Return the reader of many of its messages at once."""
-        if self._block is None:
-            self._block = MessageBlock(self.key[0], self._fixed, b''.join(self._names),
-                                       self._wanted, self._order, self._stamp)
-        return self._block
+        return self._unpack_names(data) == self.names
 
     def read(self, data: bytes, static: bool = False) -> Batch | None:
         """
@@ -193,8 +115,8 @@ class MessageLayout:
             return None
         values = self._unpack_numbers(data)
         poses: Sequence[bytes] = values[2::3]
-        if self._order != NATIVE:
-            poses = [pack_pose(*struct.unpack(f'{self._order}7d', pose)) for pose in poses]
+        if self.order != NATIVE:
+            poses = [pack_pose(*struct.unpack(f'{self.order}7d', pose)) for pose in poses]
         secs, nanosecs = values[::3], values[1::3]
         stamps, worst = _stamps(secs, nanosecs)
         batch = Batch(self.edges, stamps, poses, self._slashed)
