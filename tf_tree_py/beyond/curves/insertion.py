@@ -99,14 +99,16 @@ def take_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
     stamp = curve.oldest if intake.is_too_far(curve.latest) else curve.latest
     newest = Sample(parent, child, stamp, curve.sample(stamp))
 
-    def insert() -> list[Incident]:
+    def insert(good: list[Sample], authority: str, static: bool) -> list[Incident]:
+        if not good:
+            return []  # its stamp was refused
         sound = checked(newest, authority)
         incidents = [sound] if isinstance(sound, Incident) else insert_curve(
             intake.tree, parent, child, curve, authority)
         intake.count(not (incidents and incidents[-1].refused), incidents)
         return incidents
 
-    return intake.take_other(newest, authority, insert)
+    return intake.take([newest], authority, insert=insert)
 
 
 def insert_curve(tree: Tree, parent: str, child: str, curve: EdgeCurve,

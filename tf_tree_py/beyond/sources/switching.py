@@ -55,7 +55,7 @@ class Switching:
 
     def take(self, source: str, sample: Sample) -> list[Incident]:
         """Insert a sample of a source; return refusals, and a source that was replaced."""
-        return self._intake.take_announced([sample], source, False, self._insert)
+        return self._intake.take([sample], source, insert=self._insert, announced=True)
 
     def _insert(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
         incidents: list[Incident] = []

@@ -25,6 +25,10 @@ from ..tree.tree import Tree
 _ALL_WENT_BACK = 'all stamps went back, as in a bag that loops'
 
 
+Insert = Callable[[list[Sample], str, bool], list[Incident]]
+"""Inserts samples of an authority, static or not, with the lock held, and counts them."""
+
+
 class Intake:
     """
     Inserts what arrives, and clears it when time restarts.
@@ -55,26 +59,23 @@ class Intake:
 
     # --- taking
 
-    def take(self, samples: list[Sample], authority: str, static: bool,
-             insert: Callable[..., list[Incident]] | None = None) -> list[Incident]:
+    def take(self, samples: list[Sample], authority: str, static: bool = False,
+             insert: Insert | None = None, *, announced: bool = False) -> list[Incident]:
         """
-        Insert samples while holding the lock once.
+        Insert samples, or something else in their place, under one hold of the lock.
 
         :param insert: inserts the samples with good stamps; ``insert_each`` by default.
+        :param announced: whether observers know of the samples, or ``insert`` notifies them.
         """
-        self.announce(samples, authority, static)
-        return self.take_announced(samples, authority, static, insert or self.insert_each)
-
-    def take_announced(self, samples: list[Sample], authority: str, static: bool,
-                       insert: Callable[..., list[Incident]]) -> list[Incident]:
-        """Insert samples that were announced to observers, or will be; parameters as above."""
+        if not announced:
+            self.announce(samples, authority, static)
         remarks: list[Incident] = []
         if samples and not static:
             stamps = [sample.stamp for sample in samples]
             if self._jump_back or max(stamps) > self._guard.limit:
                 samples, remarks = self._screen(samples, stamps, authority)
         return self._insert(remarks, lambda: [sample.child for sample in samples],
-                            insert, samples, authority, static)
+                            insert or self.insert_each, samples, authority, static)
 
     def announce(self, samples: Iterable[Sample], authority: str, static: bool = False) -> None:
         """Notify observers of samples that a program inserts by hand, one by one."""
@@ -102,7 +103,7 @@ class Intake:
         if not static and not self._guard.is_too_far(max(batch.stamps, default=LATEST)):
             poses = sound_poses(batch.poses)
         if poses is None:
-            return self.take_announced(batch.samples(), authority, static, self.insert_each)
+            return self.take(batch.samples(), authority, static, announced=True)
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
         remarks: list[Incident] = []
@@ -116,27 +117,11 @@ class Intake:
         if self._jump_back or (len(track.stamps)
                                and self._guard.is_too_far(int(track.stamps.max()))):
             return [incident for sample in track.samples()
-                    for incident in self.take([sample], authority, False)]
+                    for incident in self.take([sample], authority)]
         if self._observers.of_messages:
             self.announce(track.samples(), authority)
         return self._insert([], lambda: [track.child],
                             self._track, track, track.judged(authority), authority)
-
-    def take_other(self, newest: Sample, authority: str,
-                   insert: Callable[[], list[Incident]]) -> list[Incident]:
-        """
-        Insert something other than samples into an edge, such as a curve.
-
-        :param newest: what it is for observers; its stamp is compared with the clock.
-        :param insert: inserts it, with the lock held, and counts it.
-        """
-        self.announce([newest], authority)
-        remarks: list[Incident] = []
-        if self._jump_back or newest.stamp > self._guard.limit:
-            taken, remarks = self._screen([newest], [newest.stamp], authority)
-            if not taken:
-                return remarks
-        return self._insert(remarks, lambda: [newest.child], insert)
 
     def is_too_far(self, stamp: int) -> bool:
         """Return whether a stamp is so far ahead of the clock that it is refused."""
