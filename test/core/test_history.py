@@ -16,6 +16,7 @@ from tf_tree_py.core import (
     NoDataException,
     PastExtrapolationException,
 )
+from tf_tree_py.core.edges.interpolation import Linear
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3, so3
@@ -33,12 +34,14 @@ class NaiveHistory:
     The rules of tf2 on a plain list, newest first, like tf2's own list.
 
     A sample is refused if it is older than the window, which ends at the newest stamp
-    before the arrival. Expired samples are removed when one arrives.
+    before the arrival. Expired samples are removed when one arrives. Beyond tf2, the newest may be
+    held, unless the edge ended at it.
     """
 
     def __init__(self, cache_time):
         self.cache_time = cache_time
         self.samples = []
+        self.holds_for = 0
 
     def insert(self, stamp, parent, pose):
         if self.samples:
@@ -54,17 +57,23 @@ class NaiveHistory:
         """Return the parent and the pose, or the error."""
         if not self.samples:
             return NoDataException
-        if stamp > self.samples[0][0]:
+        if stamp > self.samples[0][0] + self.holds_for:
             return FutureExtrapolationException
         if stamp < self.samples[-1][0]:
             return PastExtrapolationException
         place = next(i for i, sample in enumerate(self.samples) if sample[0] <= stamp)
         older_stamp, parent, older = self.samples[place]
         newer_stamp, newer_parent, newer = self.samples[max(place - 1, 0)]
-        if stamp == older_stamp or parent != newer_parent:
+        if stamp == older_stamp or parent != newer_parent or place == 0:
             return parent, older
         ratio = (stamp - older_stamp) / (newer_stamp - older_stamp)
         return parent, se3.interpolate(older, newer, ratio)
+
+
+class Holding(Linear):
+
+    def __init__(self, holds_for):
+        self.holds_for = holds_for
 
 
 def answer(history, stamp):
@@ -83,6 +92,17 @@ class HistoryMachine(RuleBasedStateMachine):
         self.history = Samples('child', cache_time)
         self.naive = NaiveHistory(cache_time)
         self.count = 0
+
+    @rule(holds_for=st.integers(0, 50))
+    def hold_the_newest(self, holds_for):
+        self.naive.holds_for = holds_for
+        self.history.interpolate_by(Holding(holds_for))
+        self.look_at_the_ends()
+
+    def look_at_the_ends(self):
+        if self.naive.samples:
+            self.look_beside(self.naive.samples[0][0])
+            self.look_beside(self.naive.samples[0][0] + self.naive.holds_for)
 
     def arrive(self, stamp, parent, packed):
         self.count += 1
@@ -157,7 +177,9 @@ class HistoryMachine(RuleBasedStateMachine):
     def ends_are_those_of_the_list(self):
         samples, history = self.naive.samples, self.history
         assert len(history) == len(samples)
-        assert history.latest_stamp == (samples[0][0] if samples else None)
+        assert history.newest_stamp == (samples[0][0] if samples else None)
+        assert history.latest_stamp == (
+            samples[0][0] + self.naive.holds_for if samples else None)
         assert history.oldest_stamp == (samples[-1][0] if samples else None)
         assert history.parent == (samples[0][1] if samples else None)
         self.compare(samples[0][0] if samples else 0)
