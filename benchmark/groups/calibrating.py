@@ -32,8 +32,8 @@ def _robot() -> tuple[BufferCore, tuple[str, str], Observations]:
         buffer.insert_track(parent, child, stamps, se3.exp_many(waves))
     buffer.insert('flange', 'camera', 0, Pose(x=0.1), static=True)
     taken = np.sort(rng.choice(stamps[100:-100], _COUNT, replace=False))
-    camera = se3.compose_many(buffer.lookup_many('map', 'flange', taken),
-                              np.array([Pose.from_xyz_rpy(x=0.12, yaw=0.02)]))
+    camera = np.asarray(
+        buffer.lookup_many('map', 'flange', taken) @ Pose.from_xyz_rpy(x=0.12, yaw=0.02))
     seen = se3.compose_many(se3.inverse_many(camera), np.array([Pose(x=3.0)]))
     seen = se3.compose_many(seen, se3.exp_many(0.002 * rng.normal(size=(_COUNT, 6))))
     return buffer, ('flange', 'camera'), Observations(

@@ -22,7 +22,7 @@ import pytest
 from strategies import waving_poses
 from tf_tree_py import BufferCore, load, Spline
 from tf_tree_py.buffer_core import Snapshot
-from tf_tree_py.core import Pose, TransformException, TreeFileError, UNLIMITED
+from tf_tree_py.core import Pose, Poses, TransformException, TreeFileError, UNLIMITED
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.files.tree_file import load_tree, saved_tree
 
@@ -91,7 +91,7 @@ def answers(buffer):
                     found.append(str(error))
     for source in 'roof', 'odom', 'screw':
         latest = buffer.latest_common_time('map', source)
-        found += [Summed(part) if isinstance(part, np.ndarray) else part for part in (
+        found += [Summed(part) if isinstance(part, np.ndarray | Poses) else part for part in (
             *buffer.lookup_uncertain('map', source),
             *buffer.lookup_uncertain_many('map', source, [latest - 7, latest]),
             *buffer.predict('map', source, latest + SECOND // 10, SECOND))]

@@ -147,7 +147,7 @@ class Ways:
         if target == source:
             return np.tile(se3.IDENTITY, (len(stamps), 1))
         try:
-            return self._tree.lookup_many(target, source, stamps, outside='mask')[0]
+            return np.asarray(self._tree.lookup_many(target, source, stamps, outside='mask')[0])
         except TransformException as error:
             raise CalibrationError(f'the tree does not connect {target} and {source}: {error}'
                                    ) from error

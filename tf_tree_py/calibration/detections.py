@@ -211,7 +211,7 @@ def seen_on_tf(tree: Tree, frame: str, fixed_in: str, known: dict[str, str]) -> 
     except TransformException as error:
         raise CalibrationError(str(error)) from error
     place = known.get(frame, known.get('', ''))
-    return Observations(edge.parent, stamps, poses, place or fixed_in, frame,
+    return Observations(edge.parent, stamps, np.asarray(poses), place or fixed_in, frame,
                         (0.0, 0, 0, 0, 0, 0, 1) if place else None)  # type: ignore[arg-type]
 
 

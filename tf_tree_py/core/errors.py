@@ -19,7 +19,7 @@ from contextlib import suppress
 import os
 import sys
 from types import FrameType, ModuleType
-from typing import Any
+from typing import Any, NoReturn
 import warnings
 
 from .stamp import format_span, format_stamp, LATEST
@@ -38,6 +38,19 @@ A hint how to solve a problem: one sentence, or a function that returns it.
 
 The function is called when the hint is read. Its argument is whether data may still arrive.
 """
+
+
+def no_truth(thing: object) -> NoReturn:
+    """
+    Refuse to be true or false, as the ``__bool__`` of a class that has a length.
+
+    Otherwise Python would ask for the length, which some classes take long to count; and a
+    thing that exists, but is empty, would pass for None.
+
+    :raises TypeError: always.
+    """
+    raise TypeError(
+        f'{type(thing).__name__} has no truth value: compare it with None, or use len()')
 
 
 class TreeFileError(Exception):

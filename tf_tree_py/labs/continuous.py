@@ -87,7 +87,7 @@ def between(rate_hz: int) -> Between:
     stamps, asked = poses_at(rate_hz), events()
     truth, found = motion(asked), []
     for buffer in _both(stamps, motion(stamps), rate_hz):
-        poses = buffer.lookup_many('world', 'camera', asked)
+        poses = np.asarray(buffer.lookup_many('world', 'camera', asked))
         moved, turned = se3.distance_many(truth, poses)
         found += [float(error.max()) for error in (moved, turned, pixels(truth, poses))]
     return Between(rate_hz, *found)
@@ -118,7 +118,8 @@ def with_noise() -> list[Noisy]:
     noise = np.random.default_rng(2).normal(0.0, sigma, (len(stamps), 6))
     poses = se3.compose_many(motion(stamps), se3.exp_many(noise))
     truth, turning = motion(asked), _turning(asked)
-    straight = _both(stamps, poses, KNOT_RATES_HZ[0])[0].lookup_many('world', 'camera', asked)
+    straight = np.asarray(
+        _both(stamps, poses, KNOT_RATES_HZ[0])[0].lookup_many('world', 'camera', asked))
     before = stamps.searchsorted(asked, side='right') - 1
     turns = so3.log_many(so3.multiply_many(
         so3.conjugate_many(poses[before, 3:]), poses[before + 1, 3:]))

@@ -89,7 +89,7 @@ def filled(rate_hz: float) -> BufferCore:
 def errors(buffer: BufferCore, stamps: Stamps = _ASKED) -> Array:
     """Return the errors of lookups at stamps, radians."""
     _, angles = se3.distance_many(
-        buffer.lookup_many('world', 'camera', stamps), true_poses(stamps))
+        np.asarray(buffer.lookup_many('world', 'camera', stamps)), true_poses(stamps))
     return angles
 
 

@@ -49,7 +49,7 @@ def between_samples(motion: Motion, rate_hz: float) -> Gap:
         buffer.insert('odom', 'base_link', number * period, motion(number * period))
     stamps = [period + period * number // _PER_GAP
               for number in range(_PER_GAP * (_SAMPLES - 2))]
-    found = buffer.lookup_many('odom', 'base_link', stamps)
+    found = np.asarray(buffer.lookup_many('odom', 'base_link', stamps))
     truth = np.array([motion(stamp) for stamp in stamps])
     moved, turned = distance_many(truth, found)
     return Gap(rate_hz, float(moved.max()), float(turned.max()))

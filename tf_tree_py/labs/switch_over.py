@@ -95,7 +95,7 @@ def by_rule() -> tuple[Run, int]:
             buffer.switch_by_rule(
                 'base', max_age=from_seconds(MAX_AGE_S), gate=GATE, max_speed=MAX_SPEED,
                 max_turn_rate=MAX_TURN_RATE)
-    poses = buffer.lookup_many('odom', 'base', _STAMPS)
+    poses = np.asarray(buffer.lookup_many('odom', 'base', _STAMPS))
     return Run('blend, by rule', poses, incidents[0].detail), incidents[0].stamp
 
 

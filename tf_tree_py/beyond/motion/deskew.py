@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.times import Stamp, StampsLike
 from tf_tree_py.core.tree.queries import Queries
 
@@ -45,6 +44,6 @@ def deskew(tree: Queries, points: npt.ArrayLike, stamps: StampsLike, target_fram
     frozen = tree.snapshot()
     target_T_fixed = frozen.lookup(target_frame, fixed_frame, reference_stamp)
     fixed_T_source = frozen.lookup_many(fixed_frame, source_frame, stamps)
-    moved = se3.apply_many(target_T_fixed, se3.apply_many(fixed_T_source, array))
+    moved = target_T_fixed @ (fixed_T_source @ array)
     kind = array.dtype if array.dtype.kind == 'f' else np.dtype(float)
     return moved.astype(kind, copy=False)

@@ -125,7 +125,7 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
     frozen = tree.snapshot()
     axes = reference_frame or observation_frame
     frozen.lookup_many(observation_frame, tracking_frame, stamps)
-    poses = frozen.lookup_many(axes, tracking_frame, stamps)
+    poses = np.asarray(frozen.lookup_many(axes, tracking_frame, stamps))
     points = frozen.lookup_many(axes, reference_point_frame or tracking_frame, stamps)
     times = frozen._stamps_of(stamps)
     twists = np.zeros((len(times), 6))
@@ -144,11 +144,11 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
                                   for when in (begins, times, begins + length))
             own = _twists_between(frozen, near, far, times)
             if own is None:
-                own = se3.log_many(se3.compose_many(se3.inverse_many(before), after)) * (
+                own = se3.log_many(np.asarray(before.inverse() @ after)) * (
                     NANOSECONDS_PER_SECOND / length)
-            twists = carry_many(se3.inverse_many(now), twists) + own
+            twists = carry_many(np.asarray(now.inverse()), twists) + own
 
-    poses[:, :3] -= se3.apply_many(points, np.asarray(reference_point, dtype=float))
+    poses[:, :3] -= points @ reference_point
     return carry_many(poses, twists)
 
 

@@ -114,7 +114,7 @@ class UncertainQueries(Queries):
         still = self.snapshot()
         poses = still.lookup_many(target_frame, source_frame, times)
         return poses, covariances_at(
-            still._tree, target_frame, source_frame, times, poses, independent)
+            still._tree, target_frame, source_frame, times, np.asarray(poses), independent)
 
     def lookup_uncertain_full(self, target_frame: str, target_stamp: Stamp,
                               source_frame: str, source_stamp: Stamp, fixed_frame: str, *,

@@ -4,50 +4,53 @@
 """
 One pose, or many, with an operator: ``map_T_camera = map_T_base @ base_T_camera``.
 
-``Pose`` is a tuple of seven floats with an operator and names, ``Poses`` an array (N, 7). All
-formulas are in ``se3``, whose functions accept a ``Pose`` like any such tuple. Arguments with
+``Pose`` is a tuple of seven floats with an operator and names, ``Poses`` owns an array (N, 7).
+It is not an ndarray itself: what numpy makes of a subclass keeps its name, but not its product.
+All formulas are in ``se3``, whose functions accept a ``Pose`` like any such tuple. Arguments with
 many poses are recognised by their shape: (..., 3) are points, (..., 7) poses, (..., 4, 4)
 matrices.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import math
-from typing import Any, NamedTuple, overload, TYPE_CHECKING
+from typing import Any, NamedTuple, overload
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 import numpy.typing as npt
 
 from . import se3, so3
 from .poses import array_of
 from .so3 import Array, Quaternion, Vector3
-
-if TYPE_CHECKING:
-    _Floats = np.ndarray[Any, np.dtype[np.float64]]
-else:
-    _Floats = np.ndarray
+from ..errors import no_truth
 
 _WHAT = ('the right operand of @ must be points (..., 3), poses (..., 7), matrices (..., 4, 4), '
          'or a Rotation or RigidTransform of scipy')
-_NO_ROWS = ('this part of an array of poses has no rows of seven numbers: select rows '
-            '(poses[2:5]), or convert an array (N, 7) with Poses(array)')
+# With these options, the operator @= of an array calls np.matmul.
+_OF_IMATMUL = {'axes': [(-2, -1)] * 3}
 
 
-class Poses(_Floats):
+class Poses(NDArrayOperatorsMixin):
     """
-    Poses as ``lookup_many`` returns them: an array (N, 7), x y z qx qy qz qw.
+    Poses as ``lookup_many`` returns them: (N, 7), x y z qx qy qz qw.
 
-    For numpy and pandas it is an ordinary array: arithmetic and columns return plain arrays.
-    Rows stay poses. ``a_T_b @ b_T_c`` composes, row by row or with one pose for all;
-    ``a_T_b @ b_p`` transforms points (N, 3), one for each pose, or one point (3,) for all.
+    ``a_T_b @ b_T_c`` composes, row by row or with one pose for all; ``a_T_b @ b_p`` transforms
+    points (N, 3), one for each pose, or one point (3,) for all. Rows stay poses.
+
+    numpy, pandas and matplotlib take it for an array, and it has an array's operators,
+    attributes and methods. Their results are plain arrays, for which ``@`` is numpy's product;
+    ``Poses(array)`` makes poses of them again. ``np.asarray(poses)`` shares the memory: pass
+    that to code that requires an ndarray.
     """
 
-    # Whether the last axis is that of poses. It is False for views that numpy makes itself, such
-    # as a transposed one.
-    _has_rows = False
+    __slots__ = ('_array',)
 
-    def __new__(cls, poses: npt.ArrayLike) -> 'Poses':
+    # More than that of a DataFrame, which would otherwise take poses for a list of lists.
+    __pandas_priority__ = 5000
+
+    def __init__(self, poses: npt.ArrayLike) -> None:
         """
-        Return an array of poses as one of this class; the memory is shared.
+        Take poses; the memory of an array of floats is shared.
 
         :param poses: (..., 7), metres and unit quaternions x y z w.
         :raises ValueError: another shape.
@@ -55,80 +58,135 @@ class Poses(_Floats):
         array = np.asarray(poses, dtype=float)
         if array.shape[-1:] != (7,):
             raise ValueError(f'poses are (..., 7), not {array.shape}')
-        made = array.view(cls)
-        made._has_rows = True
-        return made
+        # A view, because the owner of the array may change its shape.
+        self._array = array.view()
 
     @property
     def translation(self) -> Array:
         """Return the origins of the source frame in the target frame, (N, 3), metres."""
-        return self._rows()[..., :3]
+        return self._array[..., :3]
 
     @property
     def rotation(self) -> Array:
         """Return the unit quaternions, (N, 4), x y z w."""
-        return self._rows()[..., 3:]
+        return self._array[..., 3:]
 
     def inverse(self) -> 'Poses':
         """Return b_T_a of every a_T_b."""
-        return Poses(se3.inverse_many(self._rows()))
+        return Poses(se3.inverse_many(self._array))
 
     def as_matrix(self) -> Array:
         """Return the homogeneous matrices, (N, 4, 4)."""
-        return se3.as_matrix_many(self._rows())
+        return se3.as_matrix_many(self._array)
 
-    def _rows(self) -> Array:
-        if not self._has_rows:
-            raise ValueError(_NO_ROWS)
-        return np.asarray(self)
+    def copy(self, order: Any = 'C') -> 'Poses':
+        """Return a copy, which shares no memory."""
+        return Poses(self._array.copy(order))
 
-    def __matmul__(self, other: Any) -> Any:
-        return product(self._rows(), other) if self._has_rows else np.asarray(self) @ other
-
-    def __rmatmul__(self, other: Any) -> Any:
-        return product(poses_of(other), self._rows())
-
-    def __getitem__(self, key: Any) -> Any:
-        part = np.asarray(self)[key]
-        # A tuple, or a mask of all numbers, may select some of the seven columns.
-        keeps_rows = self._has_rows and self.ndim > 1 and not isinstance(key, tuple) and (
-            np.ndim(key) < 2)
-        return Poses(part) if keeps_rows and isinstance(part, np.ndarray) else part
-
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        if ufunc is np.matmul and method == '__call__' and not options:
-            left, right = inputs
-            return left.__matmul__(right) if isinstance(left, Poses) else (
-                right.__rmatmul__(left))
-        return as_plain(ufunc, method, inputs, options)
+    __copy__ = copy
 
     def __reduce__(self) -> Any:
-        plain = np.array(self)
-        return (Poses, (plain,)) if self._has_rows else plain.__reduce__()
+        return Poses, (self._array,)
 
-    def copy(self, order: Any = 'C') -> Any:
-        """Return a copy, which consists of poses if this array does."""
-        plain = np.array(self, order=order)
-        return Poses(plain) if self._has_rows else plain
+    def __repr__(self) -> str:
+        return 'Poses' + repr(self._array).removeprefix('array')
 
-    def __copy__(self) -> Any:
-        return self.copy()
+    # --- products
 
-    def __deepcopy__(self, _: Any) -> Any:
-        return self.copy()
+    def __matmul__(self, other: Any) -> Any:
+        return product(self._array, other)
+
+    def __rmatmul__(self, other: Any) -> Any:
+        return product(poses_of(other), self._array)
+
+    # --- what an array has
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> npt.NDArray[Any]:
+        view = self._array.view()
+        return np.asarray(view, dtype) if copy is None else np.array(view, dtype, copy=copy)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        return result_of(ufunc, method, inputs, options)
+
+    def __dlpack__(self, **options: Any) -> Any:
+        # Without it, PyTorch takes poses for a sequence of sequences, and rounds to float32.
+        return self._array.__dlpack__(**options)
+
+    def __dlpack_device__(self) -> Any:
+        return self._array.__dlpack_device__()
+
+    def __getattr__(self, name: str) -> Any:
+        # An array's own protocols, whose names have underscores, would pickle or copy an array,
+        # and its ``resize`` would leave rows of another length.
+        if name.startswith('_') or name == 'resize' or not hasattr(np.ndarray, name):
+            raise AttributeError(f"'Poses' object has no attribute {name!r}", name=name, obj=self)
+        return getattr(self._array, name)
+
+    def __getitem__(self, key: Any) -> Any:
+        part = self._array[key]
+        # A tuple, or a mask of all numbers, may select some of the seven columns.
+        is_rows = self._array.ndim > 1 and not isinstance(key, tuple) and np.ndim(key) < 2
+        return Poses(part) if is_rows else part
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        self._array[key] = value
+
+    def __len__(self) -> int:
+        return len(self._array)
+
+    __bool__ = no_truth
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+    def __contains__(self, value: object) -> bool:
+        return value in self._array
+
+    # Arrays also compare with None and text, which np.equal refuses.
+
+    def __eq__(self, other: object) -> Any:
+        return self._array == _plain(other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._array != _plain(other)
 
 
-def as_plain(ufunc: Any, method: str, inputs: Any, options: dict[str, Any]) -> Any:
-    """Return the result of a numpy function for inputs with poses converted to plain arrays."""
-    if 'out' in options:
-        options['out'] = tuple(map(_plain, options['out']))
-    return getattr(ufunc, method)(*map(_plain, inputs), **options)
+def result_of(ufunc: Any, method: str, inputs: Any, options: dict[str, Any]) -> Any:
+    """
+    Return what a ufunc of numpy makes of poses: a plain array, or the given ``out``.
+
+    ``np.matmul`` is our product.
+
+    :raises TypeError: a ``Pose`` as ``out``, or ``np.matmul`` with another option.
+    """
+    outs = options.pop('out', ())
+    if any(isinstance(out, Pose) for out in outs):
+        raise TypeError('a Pose never changes: pass an array as out')
+    if ufunc is np.matmul and method == '__call__':
+        if options not in ({}, _OF_IMATMUL):
+            raise TypeError('for poses, np.matmul has no option but out')
+        made = _matmul(*inputs)
+        if outs:
+            np.asarray(outs[0])[...] = made
+    else:
+        if outs:
+            options['out'] = tuple(map(_plain, outs))
+        made = getattr(ufunc, method)(*map(_plain, inputs), **options)
+    # Not the memory of ``out``: after `poses += 1`, the name still stands for poses.
+    if len(outs) < 2:
+        return outs[0] if outs else made
+    return tuple(part if out is None else out for out, part in zip(outs, made, strict=True))
+
+
+def _matmul(left: Any, right: Any) -> Any:
+    made = product(poses_of(left), right)
+    return _as_one(made) if isinstance(left, Pose) or isinstance(right, Pose) else made
 
 
 def _plain(given: Any) -> Any:
-    if isinstance(given, np.ndarray):
-        return given.view(np.ndarray)
-    return np.array(given) if isinstance(given, tuple) else given
+    if isinstance(given, Poses):
+        return given._array
+    return np.array(given) if isinstance(given, Pose) else given
 
 
 def product(a_T_b: Array, other: Any) -> Any:
@@ -284,10 +342,7 @@ class Pose(NamedTuple):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         # Otherwise numpy would treat the pose in `array @ pose` as a vector of seven.
-        if ufunc is np.matmul and method == '__call__' and not options:
-            left, right = inputs
-            return left @ right if isinstance(left, Pose) else right.__rmatmul__(left)
-        return as_plain(ufunc, method, inputs, options)
+        return result_of(ufunc, method, inputs, options)
 
     def __str__(self) -> str:
         # Adding zero changes -0.0 to 0.0.

@@ -259,7 +259,7 @@ class Queries:
             stamps have no answer.
         :param outside: how to treat stamps without an answer: 'raise' an error, or 'mask':
             return NaN for them, and which stamps are valid.
-        :return: (N, 7) poses x y z qx qy qz qw, an array with ``@``, ``.inverse()``,
+        :return: (N, 7) poses x y z qx qy qz qw with ``@``, ``.inverse()``,
             ``.translation``, ``.rotation`` and ``.as_matrix()``; with 'mask' also (N,)
             booleans.
         :raises InvalidArgumentException: stamps that are not integers, or not of shape (N,).

@@ -78,8 +78,9 @@ def run(seconds: float = _SECONDS) -> Report:
             stamps = np.arange(from_seconds(_SETTLED_S), from_seconds(seconds - 0.5), STEP)
             # The node may be later than the robot.
             buffer.lookup_within(PATIENCE_S, 'map', 'base_link', began + int(stamps[-1]))
-        odom_T_base = buffer.lookup_many('odom', 'base_link', began + stamps)
-        map_T_base = buffer.lookup_many('map', 'base_link', began + stamps)
+        odom_T_base, map_T_base = (
+            np.asarray(buffer.lookup_many(frame, 'base_link', began + stamps))
+            for frame in ('odom', 'map'))
     alone = se3.compose_many(np.array(driven(0)), odom_T_base)
     return _report(measured('no anchor', stamps, alone), measured(_NAME, stamps, map_T_base))
 

@@ -110,7 +110,7 @@ def _rows(trajectory: Trajectory, separator: str) -> Iterable[str]:
 
 def _numbers(trajectory: Trajectory) -> Array:
     """Return all columns except the stamps."""
-    return trajectory.poses if trajectory.twists is None else np.hstack(
+    return np.asarray(trajectory.poses) if trajectory.twists is None else np.hstack(
         [trajectory.poses, trajectory.twists])
 
 
