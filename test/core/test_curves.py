@@ -17,16 +17,18 @@ from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore, ConstantTwist, load, lookup_twist, Spline
+from tf_tree_py.beyond.curves.curve import GivenCurve
 from tf_tree_py.beyond.uncertainty.insertion import take_covariance
 from tf_tree_py.core import (
     FutureExtrapolationException,
     InvalidArgumentException,
     Kind,
+    LookupException,
     Pose,
     TreeFileError,
 )
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.stamp import FOREVER
+from tf_tree_py.core.stamp import FOREVER, LATEST
 
 SECOND = 10**9
 BEGIN, END = SECOND, 3 * SECOND
@@ -282,6 +284,8 @@ def test_stamps_of_a_curve_show_it_and_are_not_too_many():
         10**7, 2 * 10**7]
     buffer.insert_curve('odom', 'moon', namespace(oldest=0, latest=2**62))
     assert 50_000 < len(buffer.stamps_of('moon')) <= 100_001
+    for edge in buffer.edges():
+        assert edge.samples == len(buffer.stamps_of(edge.child))
     assert_same_pose(buffer.lookup('odom', 'moon', 2 * SECOND), pose_of(Orbit(), 2 * SECOND))
 
 
@@ -305,6 +309,40 @@ def test_example_of_a_motion_model_is_closer_than_lines():
     of_lines, of_process = re.search(r'interpolation ([\d.]+) mm, of the process ([\d.]+)',
                                      done.stdout).groups()
     assert float(of_process) < 0.7 * float(of_lines)
+
+
+class Counted(GivenCurve):
+    """It counts how often it is asked for its length, which a curve may have to compute."""
+
+    asked = 0
+
+    def __len__(self):
+        self.asked += 1
+        return super().__len__()
+
+
+def test_lookups_never_ask_a_curve_for_its_length():
+    curve, stamps = Counted(Orbit(), 'odom -> base'), [BEGIN, END]
+    buffer = BufferCore()
+    buffer.insert_curve('odom', 'base', curve)
+    buffer.insert('base', 'camera', 0, TILT, static=True)
+    buffer.insert('camera', 'lens', 0, TILT, static=True)
+    for tree in (buffer, buffer.snapshot()):
+        for source in ('base', 'lens'):
+            for stamp in (LATEST, 2 * SECOND):
+                tree.lookup('odom', source, stamp)
+                tree.lookup_tree(source, stamp)
+                tree.lookup_uncertain('odom', source, stamp)
+            tree.latest_common_time('odom', source)
+            tree.lookup_many('odom', source, stamps)
+            tree.lookup_full(source, BEGIN, 'camera', END, 'odom')
+            with pytest.raises(FutureExtrapolationException):
+                tree.lookup('odom', source, END + 1)
+            with pytest.raises(LookupException):
+                tree.lookup('nowhere', source)
+    assert curve.asked == 0
+    assert len(buffer._tree.histories['base']) == len(curve)
+    assert curve.asked == 2
 
 
 def test_spline_is_a_curve_and_needs_no_wrapping():

@@ -130,6 +130,37 @@ def test_only_a_pose_that_becomes_a_message_asks_the_package_for_a_public_name()
     assert asking == ['beyond/framed/framed_pose.py']
 
 
+# Classes with a length that are true unless it is 0, and why.
+COLLECTIONS = {
+    '_Names': 'is a sequence of names, as a list is',
+}
+
+
+def test_what_has_a_length_says_whether_it_has_a_truth_value():
+    """Otherwise Python counts where a caller asks for None, and an empty thing passes for None."""
+    found, silent = set(), []
+    for path in house.files():
+        for each in ast.walk(ast.parse(path.read_text())):
+            if isinstance(each, ast.ClassDef) and '__len__' in members(each) and not is_protocol(
+                    each):
+                found.add(each.name)
+                if '__bool__' not in members(each) and each.name not in COLLECTIONS:
+                    silent.append(f'{named(path)}: {each.name}: write `__bool__ = no_truth`')
+    assert not silent
+    assert COLLECTIONS.keys() <= found
+
+
+def members(definition):
+    """Return the names that a class defines itself."""
+    return {name for each in definition.body for name in (
+        [target.id for target in each.targets if isinstance(target, ast.Name)]
+        if isinstance(each, ast.Assign) else [getattr(each, 'name', None)])}
+
+
+def is_protocol(definition):
+    return 'Protocol' in map(ast.unparse, definition.bases)
+
+
 def test_a_room_says_what_lives_there_and_what_does_not():
     rooms = [house.PACKAGE / layer / room
              for layer, of in house.LAYERS.items() for room in of.rooms.split()]

@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.core import se3
+from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import so3
 
 from .chain import chain_between, Edge, Tree, Ways
@@ -225,6 +226,8 @@ class Model:
     def __len__(self) -> int:
         """Return how many observations there are."""
         return sum(len(each.observations) for each in self.seen)
+
+    __bool__ = no_truth
 
     def moves(self, frame: str) -> bool:
         """Return whether an edge between a frame and the root of the tree moves."""

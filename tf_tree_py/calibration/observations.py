@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.core.errors import no_truth
 
 
 class CalibrationError(ValueError):
@@ -85,6 +86,8 @@ class Observations:
     def __len__(self) -> int:
         """Return the number of observations."""
         return len(self.stamps)
+
+    __bool__ = no_truth
 
     @property
     def size(self) -> int:

@@ -13,6 +13,7 @@ use up the resources of others.
 from collections.abc import Collection
 from dataclasses import dataclass, fields
 
+from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import Batch
@@ -172,6 +173,8 @@ class FrameQuota:
 
     def __len__(self) -> int:
         return len(self._frames)
+
+    __bool__ = no_truth
 
     def admitted(self, batch: Batch, shared: Collection[str]) -> Batch:
         """Return a message without the edges whose frames exceed the quota."""

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
+from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
@@ -184,6 +185,8 @@ class Measured:
 
     def __len__(self) -> int:
         return len(self._stamps)
+
+    __bool__ = no_truth
 
     def note(self, stamp: int, motion: PoseTuple, oldest: int) -> None:
         """Store a correction, and remove those that no sample from a stamp on needs."""

@@ -18,7 +18,7 @@ from typing import Any, cast, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.errors import InvalidArgumentException, no_truth
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
@@ -162,6 +162,8 @@ class Stages:
 
     def __len__(self) -> int:
         return len(self._begins)
+
+    __bool__ = no_truth
 
     def _append(self, stage: Stage) -> None:
         self._begins.append(stage.begin)

@@ -17,7 +17,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.edges.protocol import EdgeTrack
-from tf_tree_py.core.errors import InvalidArgumentException, TransformException
+from tf_tree_py.core.errors import InvalidArgumentException, no_truth, TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.poses import (
@@ -131,7 +131,10 @@ class GivenCurve:
         self.twists(ends)
 
     def __len__(self) -> int:
-        return len(self._shown(self.oldest, self.latest))
+        # The number of stamps in ``shown_at``.
+        return 1 - (self.oldest - self.latest) // self._period
+
+    __bool__ = no_truth
 
     def sample(self, stamp: int) -> PoseTuple:
         """Return the pose at a stamp within the curve."""

@@ -18,6 +18,7 @@ from tf_tree_py.core.edges.protocol import EdgeTrack, History, Stretch
 from tf_tree_py.core.errors import (
     ExtrapolationException,
     FutureExtrapolationException,
+    no_truth,
     NoDataException,
     PastExtrapolationException,
     TreeFileError,
@@ -78,6 +79,8 @@ class CurveHistory:
 
     def __len__(self) -> int:
         return 0 if self.curve is None else len(self.curve)
+
+    __bool__ = no_truth
 
     @property
     def oldest_stamp(self) -> int | None:

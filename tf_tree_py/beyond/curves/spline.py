@@ -12,7 +12,7 @@ import math
 from typing import Any
 
 import numpy as np
-from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.errors import InvalidArgumentException, no_truth
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.poses import PosesLike
 from tf_tree_py.core.geometry.se3 import distance_many, PoseTuple, Screw
@@ -61,6 +61,8 @@ class SplinePieces:
 
     def __len__(self) -> int:
         return len(self.knots)
+
+    __bool__ = no_truth
 
     @property
     def pieces(self) -> int:

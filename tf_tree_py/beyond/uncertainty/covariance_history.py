@@ -16,6 +16,7 @@ from typing import Any, cast, NamedTuple, Protocol, TypeGuard
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves
+from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
@@ -134,6 +135,8 @@ class Uncertainty:
 
     def __len__(self) -> int:
         return len(self._stamps)
+
+    __bool__ = no_truth
 
     def insert(self, stamp: int, covariance: Array, cache_time: int) -> None:
         """

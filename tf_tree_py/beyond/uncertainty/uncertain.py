@@ -289,7 +289,7 @@ def shares(errors: EdgeErrors, pose: PoseTuple) -> list[Share]:
 def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:
     """Return each edge's own covariances around stamps; None for edges without."""
     return [known.around(stamps, history)
-            if (known := known_covariances(tree, parent, history.child)) else None
+            if (known := known_covariances(tree, parent, history.child)) is not None else None
             for parent, history, _ in steps]
 
 

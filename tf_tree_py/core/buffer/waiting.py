@@ -29,7 +29,7 @@ import time
 from typing import Any, Generic, Protocol, TypeVar
 
 from .. import fork_locks
-from ..errors import Blocker, TransformException
+from ..errors import Blocker, no_truth, TransformException
 from ..tree.tree import Tree
 
 
@@ -111,6 +111,8 @@ class Waiting:
 
     def __len__(self) -> int:
         return self._count
+
+    __bool__ = no_truth
 
     def repair_in_child(self) -> None:
         """Forget the inquiries of the parent process, whose threads do not exist here."""

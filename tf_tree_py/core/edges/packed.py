@@ -15,6 +15,7 @@ from typing import cast, NamedTuple, TypeVar
 
 import numpy as np
 
+from ..errors import no_truth
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER
@@ -88,6 +89,8 @@ class PackedSamples:
 
     def __len__(self) -> int:
         return len(self.stamps) - self.first()
+
+    __bool__ = no_truth
 
     @property
     def oldest_stamp(self) -> int | None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from .protocol import Stretch
 from .tracks import ConstantTrack
+from ..errors import no_truth
 from ..geometry.chain import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER, LATEST
@@ -36,6 +37,8 @@ class StaticHistory:
 
     def __len__(self) -> int:
         return 1
+
+    __bool__ = no_truth
 
     def sample(self, stamp: int) -> PoseTuple:
         """Return ``parent_T_child``, the same at every stamp."""

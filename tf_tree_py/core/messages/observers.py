@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 from .incidents import Incident
 from .sample import Batch
 from .. import fork_locks
-from ..errors import TransformException
+from ..errors import no_truth, TransformException
 from ..stamp import LATEST
 from ..times import Stamps
 
@@ -128,6 +128,8 @@ class Observers:
 
     def __len__(self) -> int:
         return len(self._all)
+
+    __bool__ = no_truth
 
     def add(self, observer: Observer) -> None:
         """Notify an observer from now on."""

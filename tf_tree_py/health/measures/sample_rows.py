@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.poses import judged
 from tf_tree_py.core.geometry.so3 import Array
@@ -53,6 +54,8 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.stamps)
+
+    __bool__ = no_truth
 
     def after(self, tail: 'Rows | None') -> 'Rows':
         """Return the last rows of the previous stretch, followed by these rows."""

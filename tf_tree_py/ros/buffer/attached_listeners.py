@@ -10,6 +10,7 @@ import weakref
 
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
+from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.limited_log import IncidentLog
 
@@ -67,6 +68,8 @@ class AttachedListeners:
 
     def __len__(self) -> int:
         return self._count
+
+    __bool__ = no_truth
 
     def begin(self, clock: ClockSource, to_spin: NodeToSpin | None = None) -> None:
         """

@@ -6,6 +6,8 @@
 from collections import deque
 from collections.abc import Iterator
 
+from tf_tree_py.core.errors import no_truth
+
 
 class Backlog:
     """
@@ -26,6 +28,8 @@ class Backlog:
 
     def __len__(self) -> int:
         return len(self._jobs)
+
+    __bool__ = no_truth
 
     def add(self, job: Iterator[None], size: int) -> None:
         """Add a job, whose message has this many bytes; no job is ever dropped."""

@@ -232,7 +232,7 @@ class _Feed:
         self._spinner.note()
         batch: Batch | Incident | None = None
         backlog = self._backlog if len(data) > _LARGE_BYTES else None
-        if not backlog:  # large messages keep their order
+        if backlog is None or not len(backlog):  # large messages keep their order
             batch = self._reader.read_known(data)
         is_new = batch is None
         if batch is None:

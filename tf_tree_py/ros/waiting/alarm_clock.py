@@ -17,6 +17,7 @@ import weakref
 
 import rclpy.logging
 from tf_tree_py.core import fork_locks
+from tf_tree_py.core.errors import no_truth
 
 from .clock import ClockWatch, STOPPED_S
 from .deadlines import AlarmDeadline
@@ -66,6 +67,8 @@ class Alarms:
 
     def __len__(self) -> int:
         return len(self._pending)
+
+    __bool__ = no_truth
 
     def run_in(self, thread: threading.Thread) -> bool:
         """Return whether a thread is the one that calls ``expire``."""
