@@ -135,7 +135,9 @@ class PackedSamples:
             self._tidy(latest)
         self.stamps.append(stamp)
         self.poses.frombytes(pose)
-        self.newest_stamp, self.latest_stamp = stamp, stamp + self._holds_for
+        self.newest_stamp = self.latest_stamp = stamp
+        if self._holds_for:
+            self.latest_stamp += self._holds_for
         self._newest_pose = unpacked
         return True
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import TypeVar
 
 from .interpolation import Interpolation, is_linear, LINEAR
-from .packed import PackedSamples, POSE_BYTES, POSE_FLOATS, unpack_pair, unpack_pose
+from .packed import PackedSamples, POSE_BYTES, unpack_pair, unpack_pose
 from .protocol import EdgeTrack, History, Stretch
 from .tracks import HeldTrack
 from ..errors import ExtrapolationException, InvalidArgumentException
@@ -112,17 +112,18 @@ class Samples(PackedSamples):
         if (not start < after < len(stamps)
                 or (older_stamp := stamps[after - 1]) < self._horizon):
             return self._held(stamp)
-        pair = unpack_pair(self.poses, (after - 1) * POSE_BYTES)
+        first = (after - 1) * POSE_BYTES
         if stamp == older_stamp:
-            return pair[:POSE_FLOATS]
+            return unpack_pose(self.poses, first)
         parents = self.parents
         if parents is not None:
             if older_stamp in self._ends:
                 raise self.extrapolation(stamp)
             if parents[after - 1] != parents[after]:
-                return pair[:POSE_FLOATS]
+                return unpack_pose(self.poses, first)
         if self._is_linear:
-            return between_samples(pair, stamp, older_stamp, stamps[after])
+            return between_samples(
+                unpack_pair(self.poses, first), stamp, older_stamp, stamps[after])
         return self.interpolation.between(self, after - 1, stamp)
 
     def _held(self, stamp: int) -> PoseTuple:

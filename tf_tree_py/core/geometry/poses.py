@@ -117,12 +117,13 @@ def judged(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
     quaternions. If all are, the same array is returned; it is never changed.
     """
     q = poses[:, 3:]
+    # einsum does not warn about numbers that are not finite; sum and dot do.
+    excess = np.einsum('ij,ij->i', q, q) - 1.0
+    # Zero, but NaN if any number is NaN or infinite; a comparison with NaN is false.
+    nothing = 0.0 * float(np.einsum('ij->', poses))
+    if float(np.einsum('i,i->', excess, excess)) + nothing < UNIT_TOLERANCE ** 2:
+        return poses, np.ones(len(poses), dtype=bool)
     with np.errstate(all='ignore'):
-        squares = np.einsum('ij,ij->i', q, q)
-        # Zero is added, or NaN if any number is NaN or infinite; a comparison with NaN is false.
-        sound = np.abs(squares - 1.0) + 0.0 * np.einsum('ij->i', poses) < UNIT_TOLERANCE
-        if sound.all():
-            return poses, sound
         # Scaled by the largest component, because the square of a very small or large number
         # would be zero or infinite.
         largest = np.abs(q).max(axis=1)
@@ -130,7 +131,7 @@ def judged(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
         sizes = np.sqrt(np.einsum('ij,ij->i', scaled, scaled))
         good = np.isfinite(poses).all(axis=1) & (largest > 0.0) & np.isfinite(largest * sizes)
     unit = poses.copy()
-    rough = good & ~sound
+    rough = good & ~(np.abs(excess) < UNIT_TOLERANCE)
     unit[rough, 3:] = scaled[rough] / sizes[rough, None]
     return unit, good
 

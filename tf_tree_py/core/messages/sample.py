@@ -242,8 +242,10 @@ def sound_poses(poses: Sequence[bytes]) -> Sequence[bytes] | None:
         return poses
     array = np.frombuffer(b''.join(poses)).reshape(-1, 7)
     unit, good = judged(array)
-    if unit is array or not good.all():
-        return poses if unit is array else None
+    if unit is array:
+        return poses
+    if not good.all():
+        return None
     packed = unit.tobytes()
     return [packed[begin:begin + POSE_BYTES] for begin in range(0, len(packed), POSE_BYTES)]
 
