@@ -197,7 +197,7 @@ def test_there_is_a_parent_where_there_is_a_pose(begin, stamps, parents, stamp):
     parent = history.parent_at(stamp)
     assert (pose_at(history, stamp) is None) == (parent is None)
     parents_then = [name for name, since, until in history.parents_between(BEGINNING, FOREVER)
-               if since <= stamp < until]
+                    if since <= stamp < until]
     if parent is not None:
         assert parents_then == [parent]
         assert parent in history.possible_parents(stamp)

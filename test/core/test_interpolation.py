@@ -243,6 +243,7 @@ def test_class_that_another_process_does_not_have_is_named(buffer, tmp_path, mon
 
 def test_subclass_of_linear_with_poses_of_its_own_has_them_at_many_stamps(buffer):
     class Early(Linear):
+
         def between(self, samples, index, stamp):
             return samples.pose(index + 1)
 

@@ -79,7 +79,7 @@ def saved_tree(tree: Tree, *, checksum: bool = False) -> SavedTree:
     header = json.dumps(facts).encode()
     header += b' ' * (-(_PREFIX.size + len(header)) % ALIGNMENT)
     return SavedTree(_PREFIX.pack(_MAGIC, _VERSION, len(header), zlib.crc32(header)) + header,
-                  arrays.parts)
+                     arrays.parts)
 
 
 def _save_companion(companion: Any, arrays: Arrays) -> Facts:

@@ -89,7 +89,7 @@ class MessageLayout:
         self.key = key_of(data)
         self.edges = Edges(edge for edge in edges if edge is not None)
         self.wanted = [place for place, edge in zip(places, edges, strict=True)
-                        if edge is not None]
+                       if edge is not None]
         self.fixed = [slice(0, cursor.head), *(
             name for place in places for name in (place.parent, place.child))]
         self._unpack_names = _fields(self.order, len(data), [
