@@ -121,6 +121,19 @@ def test_latest_is_not_held_back_and_not_newer_than_all_data(buffer):
         assert buffer.latest_common_time('base', 'arm') == NEWEST + HOLD
 
 
+@pytest.mark.parametrize('holds_for', [2**63 - 2, 2**63, 2**64])
+def test_newest_sample_may_be_held_for_ever(holds_for):
+    buffer = BufferCore()
+    buffer.set_interpolation('lift', HoldNewest(holds_for))
+    buffer.insert('base', 'lift', NEWEST, pose_at(1))
+    assert buffer.lookup_stamped('base', 'lift', LATEST) == (NEWEST, pose_at(1))
+    last = 2**63 - 1
+    assert buffer.lookup('base', 'lift', last) == pose_at(1)
+    assert buffer.lookup_many('base', 'lift', [NEWEST, last]).tolist() == [list(pose_at(1))] * 2
+    buffer.insert('base', 'lift', NEWEST + 1, pose_at(2))
+    assert buffer.lookup('base', 'lift', last) == pose_at(2)
+
+
 def test_samples_and_edges_are_those_that_arrived(buffer):
     lift = next(edge for edge in buffer.edges() if edge.child == 'lift')
     assert lift.latest == NEWEST and buffer.stamps_of('lift')[-1] == NEWEST

@@ -137,7 +137,7 @@ class PackedSamples:
         self.poses.frombytes(pose)
         self.newest_stamp = self.latest_stamp = stamp
         if self._holds_for:
-            self.latest_stamp += self._holds_for
+            self.latest_stamp = self._last_held()
         self._newest_pose = unpacked
         return True
 
@@ -197,7 +197,7 @@ class PackedSamples:
         self.stamps.frombytes(memoryview(np.ascontiguousarray(stamps)).cast('B'))
         self.poses.frombytes(memoryview(np.ascontiguousarray(poses)).cast('B'))
         self.newest_stamp = self.stamps[-1]
-        self.latest_stamp = self.newest_stamp + self._holds_for
+        self.latest_stamp = self._last_held()
         self._newest_pose = None
         if latest > self._tidy_after:
             self._tidy(latest)
@@ -297,9 +297,15 @@ class PackedSamples:
         self.poses.frombytes(pack_pose(*pose))
         if self.parents is not None:
             self.parents.append(parent)
-        self.newest_stamp, self.latest_stamp = stamp, stamp + self._holds_for
+        self.newest_stamp = stamp
+        self.latest_stamp = self._last_held()
         self._newest_pose = pose
         self.parent = parent
+
+    def _last_held(self) -> int:
+        """Return the last stamp for which the newest sample is valid; the edge has not ended."""
+        assert self.newest_stamp is not None
+        return min(self.newest_stamp + self._holds_for, FOREVER - 1)
 
     def _insert_between(self, stamp: int, parent: str, pose: PoseTuple) -> None:
         self.late = min(self.late, stamp)

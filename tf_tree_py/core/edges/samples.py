@@ -49,9 +49,8 @@ class Samples(PackedSamples):
         # Nearly all are linear: these need no call of the object.
         self._is_linear = is_linear(interpolation)
         self._holds_for = interpolation.holds_for
-        if self.newest_stamp is not None:
-            self.latest_stamp = self.newest_stamp + (
-                0 if self.newest_stamp in self._ends else self._holds_for)
+        if self.newest_stamp is not None and self.newest_stamp not in self._ends:
+            self.latest_stamp = self._last_held()
 
     @property
     def fixed_parent(self) -> bool:

@@ -305,7 +305,7 @@ class Path:
             for step in self.steps()]
 
 
-def latest_common(edges: Iterable[MovingHistory]) -> int:
+def latest_common(edges: Sequence[MovingHistory]) -> int:
     """
     Return the newest stamp for which every edge has data, at most that of the newest sample.
 
