@@ -507,6 +507,23 @@ def test_client_without_a_reference_ends_its_thread(node):
     assert not thread.is_alive()
 
 
+def test_coroutine_that_is_collected_cancels_its_call_in_the_thread(client, context):
+    async def ask():
+        await client.lookup_transform_async('map', 'base', LATEST)
+
+    executor = SingleThreadedExecutor(context=context)
+    executor.create_task(ask)
+    executor.spin_once(timeout_sec=0.0)
+    executor.shutdown()
+    del executor
+    collecting = threading.Thread(target=gc.collect)
+    with client.action_client._lock:
+        collecting.start()
+        collecting.join(PATIENCE_S)
+        assert not collecting.is_alive()
+    until(lambda: not client.action_client.goals_in(*WANTED))
+
+
 @pytest.mark.parametrize('end', [
     lambda client: client.destroy(), lambda client: client.action_client.destroy(),
     lambda client: client.__exit__(None, None, None),

@@ -271,7 +271,7 @@ def test_cancelling_a_task_forgets_what_it_waited_for(buffer, make_node, spin):
     task = spin(make_node('spun')).create_task(look_up(buffer))
     until_waiting(buffer)
     task.cancel()
-    until(lambda: len(buffer.waiting) == 0)
+    until(lambda: buffer.timeouts.forget_orphans() or len(buffer.waiting) == 0)
 
 
 def test_callback_runs_in_the_thread_that_ends_the_future(buffer, pool):
@@ -417,6 +417,25 @@ def test_coroutine_that_is_dropped_leaves_nothing(buffer, context):
     gc.collect()
     buffer.timeouts.forget_orphans()
     assert len(buffer.waiting) == 0
+
+
+def test_garbage_collection_of_a_coroutine_takes_no_lock(buffer, context, no_collection):
+    async def ask():
+        await buffer.lookup_transform_async('map', 'base', at(3.0), HOUR)
+
+    executor = SingleThreadedExecutor(context=context)
+    executor.create_task(ask)
+    executor.spin_once(timeout_sec=0.0)
+    executor.shutdown()
+    del executor
+    collecting = threading.Thread(target=gc.collect)
+    with buffer._lock, buffer.timeouts._alarms._lock:
+        collecting.start()
+        collecting.join(PATIENCE_S)
+        assert not collecting.is_alive()
+    assert len(buffer.waiting) == buffer.timeouts.alarms == 1
+    buffer.timeouts.forget_orphans()
+    assert len(buffer.waiting) == buffer.timeouts.alarms == 0
 
 
 def test_buffer_dies_with_its_futures():

@@ -10,6 +10,7 @@ keep a hundred clients busy. This client uses only the services. It also discove
 servers, and new ones among them.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
@@ -142,6 +143,8 @@ class GoalClient:
         self._period_s = check_period_s
         self._lock = threading.Lock()
         self._goals: Goals[LookupCall] = Goals(_MAX_UNACCEPTED)
+        # The calls that a garbage collection has dropped, for the thread to cancel.
+        self._dropped: deque[LookupCall] = deque()
         self._closed = threading.Event()
         # After closing: the goals to cancel, and then the requests for that until the responses.
         self._farewells: set[LookupCall | Future] = set()
@@ -217,6 +220,11 @@ class GoalClient:
         if event is not Event.CANCELLED:
             # A server may have room for another, or this one has to be sent again.
             self._send_next()
+
+    def drop(self, call: LookupCall) -> None:
+        """Cancel a call soon, in the thread; takes no lock."""
+        self._dropped.append(call)
+        self._responses.wake()
 
     def _cancel_goal(self, call: LookupCall) -> None:
         """Send the server a request to drop a call's goal."""
@@ -304,6 +312,8 @@ class GoalClient:
         """Send, resend and give up calls as needed; return whether there are any."""
         if self._closed.is_set():
             return False
+        while self._dropped:
+            self._dropped.popleft().cancel()
         self._send_next()
         calls = self.goals_in(*State)
         if any(call.sent_s() >= self._period_s for call in calls):

@@ -196,6 +196,9 @@ class Client(Protocol):
     def report(self, call: LookupCall, event: Event) -> None:
         """Move a call to its next state, and carry out the resulting actions."""
 
+    def drop(self, call: LookupCall) -> None:
+        """Cancel a call soon, in another thread; takes no lock."""
+
 
 class LookupCall(AwaitableFuture):
     """
@@ -306,6 +309,10 @@ class LookupCall(AwaitableFuture):
         error = TimeoutException(why)
         error.waited_s = time.monotonic() - self._begin
         self.set_exception(error)
+
+    def drop(self) -> None:
+        """Let the client cancel it: this thread may be in the middle of anything."""
+        self._client.drop(self)
 
     def _end(self) -> bool:
         first = super()._end()

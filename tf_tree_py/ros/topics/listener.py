@@ -177,9 +177,11 @@ class TransformListener:
 
 
 def _every_second(buffer: Buffer, feeds: 'list[_Feed]') -> None:
-    """Log what is known only some time after a message; keeps no listener alive."""
+    """Log what is known only some time after a message, and tidy; keeps no listener alive."""
     for feed in feeds:
         feed.report_settled()
+    # As long as anything waits, orphans too, the thread does not gather messages.
+    buffer.timeouts.forget_orphans()
     buffer.feeds.log.write_counts()
 
 

@@ -76,6 +76,14 @@ class AwaitableFuture(Future):
             super().cancel()
             self._raise()
 
+    def drop(self) -> None:
+        """
+        Let go of it, because the coroutine that awaited it is dropped; takes no lock.
+
+        A garbage collection drops coroutines, in the middle of a thread that may hold any lock.
+        """
+        raise NotImplementedError
+
     def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
         """Call back when it ends, or now if it has."""
         self._add(callback, self._call_back)
@@ -280,6 +288,9 @@ class TransformFuture(AwaitableFuture):
             # Marks the exception as read: its reader has ended, too, and rclpy would warn.
             self.exception()
 
+    def drop(self) -> None:
+        """Do nothing: without a reference to it, the buffer forgets its wait."""
+
     def _add(self, callback: Callable[[Future], Any],
              call: Callable[[Callable[[Future], Any]], None]) -> None:
         # Until it ends, the buffer keeps it alive, as its callbacks wait for it.
@@ -299,7 +310,11 @@ class TransformFuture(AwaitableFuture):
 
 async def outcome(future: AwaitableFuture) -> Any:
     """Return a future's result once it has one; cancelling this cancels the future."""
+    let_go = future.cancel
     try:
         return await future
+    except GeneratorExit:
+        let_go = future.drop
+        raise
     finally:
-        future.cancel()
+        let_go()
