@@ -280,15 +280,9 @@ class FlightRecorder(Observer):
 
         :return: the bag; None: none was written, and ``notify`` was called with the reason.
         """
-        with self._lock:
-            now = self._messages.now
-            if self._written is not None and abs(now - self._written) < self._every:
-                return self._notify(happened, None, TOO_SOON)
-            moving, static = self._messages.moving(), self._messages.static()
-            if moving or static:
-                self._written = now
-        if not moving and not static:
-            return self._notify(happened, None, NOTHING)
+        moving, static, why_not = self._next()
+        if why_not:
+            return self._notify(happened, None, why_not)
         try:
             path = self._path(happened.why)
             self._write(path, moving, static, happened)
@@ -296,6 +290,18 @@ class FlightRecorder(Observer):
             return self._notify(happened, None, str(error))
         self._tidy()
         return self._notify(happened, path, '')
+
+    def _next(self) -> tuple[list[ReceivedMessage], list[ReceivedMessage], str]:
+        """Return the moving and the static messages to write; or why not to write now."""
+        with self._lock:
+            now = self._messages.now
+            if self._written is not None and abs(now - self._written) < self._every:
+                return [], [], TOO_SOON
+            moving, static = self._messages.moving(), self._messages.static()
+            if not moving and not static:
+                return [], [], NOTHING
+            self._written = now
+            return moving, static, ''
 
     def close(self) -> None:
         """Wait for the writers to finish."""
