@@ -12,6 +12,15 @@ when they are read: most errors of repeated lookups never are. ``hints`` has the
 If a program has imported tf2_py, an ``except`` with tf2_py's classes catches these, too.
 
 A warning is at the line of the caller, no matter how deep in the package it arises.
+
+The rules:
+
+- An error belongs to the thread that raises it, which adds the frames, the wait and the hint. What
+  keeps an error for others, such as a future, raises copies: threads must not share a traceback.
+- A hint holds values, never a tree: it is computed when it is read, in any thread and without a
+  lock.
+- ``blocked_on`` has every edge that may change the outcome. A lookup sleeps through the arrival of
+  its data if its edge is missing there.
 """
 
 from collections.abc import Callable, Iterable

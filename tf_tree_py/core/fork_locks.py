@@ -7,6 +7,16 @@ Locks that are free in a child of ``os.fork()``, and other repairs that a child 
 A child has the memory of its parent, but only the thread that forked. A lock that another
 thread held at that moment would stay locked in the child, and the data that it protects would
 be inconsistent. So the thread that forks holds all of these locks during the fork.
+
+The rules:
+
+- A lock of a buffer, of its observers and of its logs is made here: a child goes on to use them.
+- A thread that holds such a lock does not fork, and holds it for moments: a fork waits for five
+  seconds, and then goes on without the locks that it lacks.
+- ``_known`` is the last lock that anyone takes (docs/design.md), because a lock may be made with
+  others held: that of a snapshot is, with the buffer's.
+- ``repair_in_child`` runs with all locks held, before any other code of the child, so it takes
+  none that was not made here.
 """
 
 import os
@@ -75,9 +85,10 @@ def _acquire_all() -> None:
             missing += [*_held, each]
             _held.clear()
         else:
+            # A child with a lock that stays locked is better than a parent that never forks.
             _known.acquire()
             return
-        missing = missing or _missing()
+        missing = missing or _missing()  # others may have been made in the meantime
 
 
 def _missing() -> list[Any]:

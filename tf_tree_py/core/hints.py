@@ -6,6 +6,9 @@ The texts about lookups that fail: the class of the error, and the hint what to 
 
 A hint is computed only when it is read. It is another one in a live buffer, where data may still
 arrive, than in a recording: see ``Hint``.
+
+It is read after the lookup, without the buffer's lock. So a hint gets copies of what it mentions,
+such as the names of the frames, and never the tree.
 """
 
 from collections.abc import Callable, Iterable

@@ -11,6 +11,8 @@ stamp on the wrong side of a sample; an int is exact. ROS types are not used her
 One rule decides when an edge is silent, and when two clocks are different. All tools, and the
 tree itself, apply it. Silence is measured from the last arrival, or, if only stamps are known,
 from the newest stamp.
+
+Constants and pure functions: no state, any thread.
 """
 
 from collections.abc import Sequence

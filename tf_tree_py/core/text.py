@@ -4,7 +4,8 @@
 """
 Text for errors: shortened names, and the name that a caller probably meant.
 
-Other nodes choose frame names, with any length and any characters.
+Other nodes choose frame names, with any length and any characters. Pure functions: no state, any
+thread.
 """
 
 from collections.abc import Iterable, Sequence

@@ -6,7 +6,7 @@ Checking callers' stamps and spans, and converting them to integer nanoseconds.
 
 Integers are used as they are. ``datetime64`` of any unit, and the Timestamps and indexes of
 pandas, count from 1970 in UTC and are converted exactly. pandas is not imported: its objects
-have a method that converts them to ``datetime64``.
+have a method that converts them to ``datetime64``. Pure functions: no state, any thread.
 """
 
 from collections.abc import Callable, Sequence

@@ -4,9 +4,10 @@
 """
 The buffer, without ROS: a tree with a lock, insertion, lookups and waiting.
 
-Every public method is thread-safe. While the lock is held, no long computation runs, and the
-only code of callers that runs is the query passed to ``wait_for``. If a program inserts a
-transform that is refused, Python warnings and exceptions say so.
+Every public method is thread-safe. While the lock is held, no long computation of this package
+runs. Of a caller's code, the query passed to ``wait_for``, observers, interpolations and curves
+run then: all other threads wait as long as these take. If a program inserts a transform that is
+refused, Python warnings and exceptions say so.
 """
 
 from collections.abc import Callable, Hashable, Iterable
@@ -225,6 +226,7 @@ class RefusalWarnings:
     """Raises an exception about refused transforms, or warns once for each kind, or neither."""
 
     def __init__(self) -> None:
+        # Without a lock: at worst, two threads warn of the same kind.
         self._warned: set[Hashable] = set()
 
     def report(self, incidents: list[Incident], strict: bool | None) -> list[Incident]:

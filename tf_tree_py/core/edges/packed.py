@@ -5,6 +5,16 @@
 A window of samples in packed memory, sorted by stamp.
 
 A history or a file owns the memory. Subclasses define the poses between samples.
+
+The rules:
+
+- Stamps are sorted; those that are equal are in order of arrival. Each has seven numbers in
+  ``poses`` and, where these exist, one parent. An exception between the changes of two arrays
+  would shift all later samples.
+- Samples before ``first()`` have expired, although they are still there: no lookup may find them.
+- Reading changes ``_start`` and ``_newest_pose``, so lookups hold the buffer's lock, too.
+- No view of the arrays outlives the lock: as long as one exists, they cannot grow, and the next
+  insertion raises ``BufferError``. ``copy_between`` returns copies for that reason.
 """
 
 from array import array

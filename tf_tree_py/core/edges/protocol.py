@@ -8,8 +8,14 @@ The tree, the paths and the lookups at many stamps use only these protocols, nev
 edge of samples chooses its poses between them by its ``Interpolation``; that needs no history of
 its own.
 
-A track is a copy of a history, with its own evaluation. It is made with the buffer's lock held,
-and used without it.
+The rules:
+
+- The buffer's lock protects a history, also while it is only read: samples remember where their
+  window begins, and the newest pose.
+- Whoever changes a parent, or the pose of a static edge, lets the tree forget its cached paths. Or
+  else lookups go on along the old one.
+- A track is a copy of a history, with its own evaluation. It is made with the lock held, and used
+  without it: it must share nothing with the history that can still change.
 """
 
 from collections.abc import Iterator

@@ -5,6 +5,10 @@
 The history of an edge that moves: samples, and an interpolation between them.
 
 ``tree`` handles frame names, the structure, and the rules for insertion.
+
+``interpolate_by`` is the only way to change the interpolation, because ``latest_stamp`` and the
+fast way for ``Linear`` depend on it. Whatever changes samples that are not the newest calls
+``Interpolation.forget``: an interpolation may have computed something from them.
 """
 
 from bisect import bisect_right

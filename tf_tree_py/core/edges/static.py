@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The history of an edge that never moves: one pose, valid at all times."""
+"""
+The history of an edge that never moves: one pose, valid at all times.
+
+The tree inserts nothing new into it: another pose or parent is another object. Cached paths
+contain the products of successive static edges, and are forgotten with the object.
+"""
 
 from collections.abc import Iterator
 

@@ -6,6 +6,8 @@ Copies of edges for lookups at many stamps; see ``EdgeTrack``.
 
 The first axis of their poses is that of the seven coordinates, (7, ...), because numpy is fastest
 on long rows.
+
+A track has its own memory, so it needs no lock. One thread makes it, uses it and drops it.
 """
 
 from collections.abc import Callable

@@ -6,7 +6,8 @@ The formulas of every lookup: poses along a chain, interpolated, multiplied and 
 
 Lookups spend most of their time here, so this is what ``TF_TREE_PY_COMPILE=1`` compiles, from
 this source. Poses are tuples of seven plain floats, as in ``se3``, which has all formulas for
-poses. Compiled functions accept only tuples, and only lists where lists are named.
+poses. Compiled functions accept only tuples, and only lists where lists are named. Pure functions:
+no state, any thread.
 """
 
 from math import acos, cos, sin, sqrt

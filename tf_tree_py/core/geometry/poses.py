@@ -7,6 +7,9 @@ Converting callers' poses to seven floats each.
 A pose is a ``Pose``, seven numbers, a 4x4 matrix, or a ``Rotation`` or ``RigidTransform`` of
 scipy. Those of scipy are recognised by their methods. A rotation alone is a pose with zero
 translation. The validity of the numbers is checked later.
+
+Pure functions: no state, any thread. An array that they return may be the caller's own memory, so
+it is never changed; a history copies it.
 """
 
 from collections.abc import Sequence

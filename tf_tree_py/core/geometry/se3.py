@@ -15,6 +15,8 @@ A pose named ``a_T_b`` transforms coordinates in b to coordinates in a, so inner
 Twists and wrenches are screws, six numbers each: three that depend on the origin, and three
 that do not. For a twist these are the linear velocity of the body's point at the origin, and
 the angular velocity; for a wrench the torque about the origin, and the force.
+
+Pure functions: no state, any thread.
 """
 
 import math

@@ -9,6 +9,8 @@ quaternion costs more than all of its arithmetic. The form whose name ends in ``
 arrays (..., 4) and broadcasts. A test checks that both are equal. q and -q are the same
 rotation. A function here may return either, unless its docstring specifies the sign;
 ``with_tf2_sign`` returns the one used in messages. Poses are in ``se3``.
+
+Pure functions: no state, any thread. A result may be the argument itself, so neither is changed.
 """
 
 from collections.abc import Sequence

@@ -10,6 +10,9 @@ lookups can name the reason.
 The climbs are pure functions of the histories of a tree. A frame has a parent at a stamp if its
 samples include that stamp in their span; otherwise the climb ends at it as at a root, as in
 tf2. "Now" uses every frame's newest sample.
+
+They are called with the buffer's lock, and rely on the tree having no loops: ``find_loop``, which
+keeps them out, would not end in one.
 """
 
 from collections.abc import Collection, Container, Mapping

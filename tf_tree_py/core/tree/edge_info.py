@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The edges of a tree as data, and in one line."""
+"""
+The edges of a tree as data, and in one line.
+
+Pure functions. Those that take a history are called with the buffer's lock; their results refer to
+no history.
+"""
 
 from typing import NamedTuple
 

@@ -1,7 +1,12 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""One transform at many stamps, with one path for all of them or several."""
+"""
+One transform at many stamps, with one path for all of them or several.
+
+The buffer's lock is held only while the path is found and its samples are copied, so other threads
+do not wait for the arithmetic. What needs more than one path works on a copy of the tree.
+"""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager

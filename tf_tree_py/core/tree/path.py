@@ -4,7 +4,8 @@
 """
 The edges between two frames, prepared for composition at any stamp, or at many.
 
-This file only computes along a known path; ``path_finder`` finds the edges.
+This file only computes along a known path; ``path_finder`` finds the edges. A ``Path`` refers to
+the tree's histories, so it is used with the buffer's lock, and only until the structure changes.
 
 For many stamps, each edge is copied from its history (with the lock held) to an ``EdgeTrack``,
 which evaluates its own motion. Everything else happens without the lock, with numpy. Two

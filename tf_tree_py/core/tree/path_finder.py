@@ -7,6 +7,9 @@ The path between two frames, by the newest samples or at a stamp; and the poses 
 ``tree`` stores the parents of frames. A path that does not depend on the stamp is cached here
 until the structure of the tree changes. The poses of all frames in one of them are computed in
 one pass over the tree.
+
+Everything here is called with the buffer's lock. A cached path holds histories: one that the tree
+replaces without ``forget`` would go on to answer, with the samples of before.
 """
 
 from collections.abc import Callable

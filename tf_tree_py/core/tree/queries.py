@@ -5,6 +5,14 @@
 The queries of a tree: one pose, many poses, and the contents.
 
 The buffer, whose tree changes, and a snapshot, whose tree does not, share them.
+
+The rules:
+
+- Each public method may be called from any thread, and takes the lock itself. A snapshot has a
+  lock, too, since histories have caches.
+- Nothing that is returned refers to the tree.
+- Observers are notified before and after, without the lock, unless the caller holds it, as the
+  query of a wait does.
 """
 
 from collections.abc import Callable
@@ -107,6 +115,7 @@ class Queries:
                     return self._tree.paths.newest_pose(target_frame, source_frame)
                 return stamp, self._tree.paths.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
+            # Without the lock, for which others wait: this only gets single items.
             self._tree.complete(error, target_frame, source_frame)
             raise
 

@@ -6,7 +6,10 @@ The structure of the tree: the edges, and their rule.
 
 The rule: at any time a frame has one parent, and no edge closes a loop. An edge that would
 close one is refused when it arrives, so lookups never encounter loops. ``edges`` stores the
-samples, ``path`` composes poses, and the buffer has the lock.
+samples, ``path`` composes poses, and the buffer has the lock: it is held in every method but
+``complete``. ``paths`` and ``spanning`` share ``histories`` and ``frames``, so these stay the same
+objects. What changes the edges, a parent or a static pose calls ``_structure_changed``; or else
+lookups follow cached paths, and waiters sleep on.
 
 The incidents of samples that change the tree, or are refused because they would, come last.
 """
