@@ -1,7 +1,11 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Long jobs of a thread, done in steps, so that its short jobs need not wait for them."""
+"""
+Long jobs of a thread, done in steps, so that its short jobs need not wait for them.
+
+There is no lock: the thread that adds the jobs, a listener's, also does them.
+"""
 
 from collections import deque
 from collections.abc import Iterator

@@ -9,6 +9,9 @@ spins without a timeout. Where rclpy was built for a glibc before 2.30, as the w
 the C++ library converts this time to another clock, which overflows: the queue never waits, and
 almost never releases its mutex. Nothing is delivered then. A call from another thread waits for
 the mutex while it holds Python's lock, and so stops all threads of Python.
+
+Whoever calls a user's executor asks here first. No lock is taken, so it may be asked with the
+buffer's lock held, as at the beginning of a wait.
 """
 
 from functools import cache

@@ -13,6 +13,9 @@ From Kilted on, ``Context.shutdown`` destroys all nodes while it holds the lock 
 ``Context.ok`` takes that lock. A thread that a node waits for during its destruction therefore
 must neither call ``ok`` nor destroy a node itself. So here is also whether a context still runs,
 and whether the current thread has it locked.
+
+All functions may be called from any thread. ``is_running`` and ``is_alive`` take no lock, and
+raise nothing when the context or the node ends at the same moment.
 """
 
 from contextlib import suppress

@@ -7,6 +7,15 @@ A thread that takes the messages of a node's subscriptions, and nothing else.
 An executor needs about 250 us of CPU a message. Waiting on the subscriptions directly and draining
 them costs less than a third of that. It requires rclpy's private ``WaitSet`` and ``take_message``.
 Only this file and ``responses`` use them; if they are missing, an executor spins the small node.
+
+The rules:
+
+- Only the thread reads from the node, and all callbacks run in it. It holds no lock while it calls
+  them, and no exception of theirs ends it.
+- The node is destroyed once (``_destroyed``), and not before ``_has_served`` is set.
+- Until then the thread does not take the lock of the context, except in an executor. A thread that
+  shuts the context down holds that lock, and waits for ``_has_served``.
+- ``wake`` and ``stop`` take no lock: finalizers call ``stop``, in the middle of any thread.
 """
 
 import atexit
@@ -129,6 +138,7 @@ class Receiver:
 
     def wake(self) -> None:
         """Read the node's list of subscriptions again."""
+        # In this order: the thread looks at the flag when it is woken.
         self._changed = True
         self._trigger()
 
@@ -186,6 +196,8 @@ class Receiver:
             if self._goes_on():
                 raise
         finally:
+            # First: a shutdown waits for it with the lock of the context held, which the
+            # destruction of a node takes on Kilted.
             self._has_served.set()
             try:
                 self._destroy()

@@ -7,6 +7,8 @@ A thread that takes the responses to a node's service clients, and nothing else.
 DDS sends each response to every client of the service, and all but one discard it. An executor
 needs about 120 us of CPU a client for that; waiting on the clients directly needs a quarter. With
 a hundred clients, each lookup of one of them has that cost a hundred times.
+
+The rules are those of ``receiver``. The clients are read once, so all are made before the thread.
 """
 
 from collections.abc import Callable, Iterable

@@ -1,7 +1,17 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Callbacks at times of the clock that a buffer follows: one thread serves them all."""
+"""
+Callbacks at times of the clock that a buffer follows: one thread serves them all.
+
+The rules:
+
+- The thread calls ``expire`` and ``on_wake`` without the lock: they take the buffer's, and the
+  thread that holds that may be about to set an alarm.
+- ``_thread`` changes only with the lock held, and the thread looks for alarms once more before it
+  ends: no alarm is left without a thread.
+- What ticks and finalizers call takes no lock, and only rings the bell: ``_end`` and ``ring``.
+"""
 
 from collections import deque
 from collections.abc import Callable
@@ -97,6 +107,7 @@ class Alarms:
                 self._begin()
             elif end < math.inf and self._by_wall[0][1] == number:
                 self._bell.ring()
+        # Last: if the time is over already, this calls at once, and the alarm has to be known.
         deadline.call(partial(self._end, number))
         return number
 

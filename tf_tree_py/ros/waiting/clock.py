@@ -5,6 +5,16 @@
 The ROS clock of a buffer, which may stand still, run at its own pace, tremble, or jump.
 
 It decides when time has started anew, and when simulated time has reached the end of a wait.
+
+The rules:
+
+- A tick runs in the thread that takes ``/clock``, or sets ``use_sim_time``, within rclpy. It calls
+  ``on_jump_back`` without a lock, because that takes the buffer's and wakes the waiters.
+- Another thread may replace the clock at any moment, also during a tick. So ``_followed`` is read
+  once, without the lock, and a tick of another clock than that is ignored.
+- ``Timed.reach``, ``Timed.start`` and what ``waking`` calls take no lock: those of this file may
+  be held.
+- A wait is added in the same step in which the clock is read, so no tick is missed in between.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -228,6 +238,7 @@ class ClockWatch:
                 self._compare(now, followed, jump)
         finally:
             self._ends.reach(now)
+            # Last, because it may query the graph.
             if jump.delta.nanoseconds < 0 and not changed:
                 self._name_publishers(followed.source, -jump.delta.nanoseconds)
 

@@ -6,6 +6,10 @@ How long a wait lasts by the clock that a buffer follows.
 
 With simulated time a timeout follows ``/clock``, and does not pass while that stands still; the
 log reports this once. Otherwise it follows the monotonic system clock. Nothing polls.
+
+The thread of a tick calls ``start`` and ``reach``, perhaps with locks of ``clock`` held: they only
+set fields, and wake. Who waits says first how it is to be woken, and looks then whether the time
+is over: otherwise a tick between the two would be lost.
 """
 
 from collections.abc import Callable

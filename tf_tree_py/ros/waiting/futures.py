@@ -8,6 +8,14 @@ The result of such a future of rclpy may come from a thread outside the executor
 reveal which executor runs the coroutine that awaits a future. Only this file searches for it on
 the stack. If it finds none, the coroutine continues at the next activity of its executor, as with
 rclpy's own futures.
+
+The rules:
+
+- Arrival, timeout and cancelling race: whoever raises the flag ``_ending`` ends the future.
+  rclpy's own would end again.
+- A future is ended without a lock of the package held, because callbacks run at once, and may do
+  anything.
+- ``drop`` takes no lock: a garbage collection calls it, in the middle of any thread.
 """
 
 from collections.abc import Callable, Generator, Sequence
@@ -266,6 +274,7 @@ class TransformFuture(AwaitableFuture):
         self._wait = Wait(
             timeouts, self, query, None if timeout is None else as_nanoseconds(timeout))
         timeouts.forget_orphans()
+        # Before the query, which may end this future at once.
         self._notify_end = timeouts.observers.begin(*lookups)
         self._wait.ask()
 

@@ -6,6 +6,15 @@ Waits with a timeout that block no thread, for futures and message filters.
 
 A ``Wait`` has a place in the buffer's queue of waiters, as a sleeping thread has. The thread that
 inserts the missing data runs the query again. Nothing polls.
+
+The rules:
+
+- The lock of a wait is taken first, then the buffer's, then that of the alarms. The asker is
+  called with the first only.
+- Two threads may run the query at once, if data and the timeout come together. So an asker has to
+  be able to be answered, or failed, twice.
+- The buffer refers to a wait only weakly. A wait that is dropped takes no lock, because a garbage
+  collection may drop it: it leaves an orphan, which another thread removes.
 """
 
 from collections import deque
@@ -185,6 +194,7 @@ class Wait(Generic[Answer]):
 
     def keep_alive(self) -> None:
         """Let the buffer keep the wait and its owner alive until the wait is over."""
+        # In this order: a wait that ends between the two must not be kept for ever.
         self._kept = self._asker()
         if not self._inquiry.wake_by(self.ask):
             self._kept = None
@@ -230,6 +240,7 @@ class _Registration:
 
     def end(self) -> None:
         """Release both."""
+        # In this order: an inquiry that is over begins no wait, and so sets no alarm.
         self._inquiry.end()
         if self.alarm is not None:
             self._timeouts.forget_alarm(self.alarm)
