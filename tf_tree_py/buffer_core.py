@@ -75,8 +75,8 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
 
         This needs rosbags (``pip install rosbags``). ``open_bag`` restores the same buffer,
         except for data that a bag cannot contain: a spline becomes poses, ten for each of its
-        pieces; any other curve becomes 100 poses per second, 100,000 at most; covariances and
-        the samples of gyroscopes are omitted.
+        pieces; any other curve becomes 100 poses per second, 100,000 at most; covariances, the
+        samples of gyroscopes and interpolations other than ``Linear`` are omitted.
 
         :param path: of a file, such as ``incident.mcap``; without that suffix, of a folder.
         :raises TreeFileError: the path exists already, or cannot be written.

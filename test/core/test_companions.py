@@ -3,6 +3,9 @@
 
 """Data beside the samples is copied, saved and cleared with them, whatever its kind."""
 
+import struct
+import zlib
+
 import pytest
 from tf_tree_py import BufferCore, load
 from tf_tree_py.core import Pose, TreeFileError
@@ -105,6 +108,19 @@ def test_file_does_not_contain_an_empty_one(buffer, tmp_path):
     buffer._tree.companion_or_new(Cache)
     buffer.save(tmp_path / 'run.tftree')
     assert load(tmp_path / 'run.tftree')._tree.companions == {}
+
+
+def test_file_cannot_ask_for_what_is_never_saved(buffer, tmp_path):
+    path = tmp_path / 'run.tftree'
+    buffer.save(path)
+    prefix, data = struct.Struct('<8sIII'), path.read_bytes()
+    magic, version, length, _ = prefix.unpack_from(data)
+    header = data[prefix.size:prefix.size + length].rstrip().replace(b'{', b'{"": {}, ', 1)
+    header += b' ' * (-(prefix.size + len(header)) % 8)
+    path.write_bytes(prefix.pack(magic, version, len(header), zlib.crc32(header)) + header
+                     + data[prefix.size + length:])
+    with pytest.raises(TreeFileError, match="it contains '', which is not installed here"):
+        load(path)
 
 
 def test_file_with_a_kind_that_is_not_installed_is_refused_by_name(

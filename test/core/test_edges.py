@@ -119,6 +119,12 @@ def blending(history):
     return with_corrections(history, {'parent': correction})
 
 
+def aided_over_steps():
+    history = aided_by_a_gyroscope()
+    history.interpolate_by(history.interpolation.followed_by(Step()))
+    return history
+
+
 def corrected():
     return blending(sampled())
 
@@ -161,7 +167,7 @@ CURVES = {on_a_spline: spline_over, on_a_function: function_over}
 
 
 HOLDING = (holding, aided_and_holding, all_at_once)
-BEGINNINGS = (static, sampled, stepping, easing, aided_by_a_gyroscope, corrected,
+BEGINNINGS = (static, sampled, stepping, easing, aided_by_a_gyroscope, aided_over_steps, corrected,
               aided_and_corrected, *HOLDING, *CURVES)
 every_kind = pytest.mark.parametrize('begin', BEGINNINGS)
 

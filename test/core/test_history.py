@@ -41,6 +41,7 @@ class NaiveHistory:
     def __init__(self, cache_time):
         self.cache_time = cache_time
         self.samples = []
+        self.ends = set()
         self.holds_for = 0
 
     def insert(self, stamp, parent, pose):
@@ -49,6 +50,7 @@ class NaiveHistory:
             self.samples = [sample for sample in self.samples if sample[0] >= horizon]
             if stamp < horizon:
                 return False
+        self.ends.discard(stamp)
         place = [kept for kept, _, _ in self.samples if kept > stamp]
         self.samples.insert(len(place), (stamp, parent, pose))
         return True
@@ -57,13 +59,16 @@ class NaiveHistory:
         """Return the parent and the pose, or the error."""
         if not self.samples:
             return NoDataException
-        if stamp > self.samples[0][0] + self.holds_for:
+        newest = self.samples[0][0]
+        if stamp > newest + (0 if newest in self.ends else self.holds_for):
             return FutureExtrapolationException
         if stamp < self.samples[-1][0]:
             return PastExtrapolationException
         place = next(i for i, sample in enumerate(self.samples) if sample[0] <= stamp)
         older_stamp, parent, older = self.samples[place]
         newer_stamp, newer_parent, newer = self.samples[max(place - 1, 0)]
+        if older_stamp in self.ends and stamp > older_stamp:
+            return ExtrapolationException
         if stamp == older_stamp or parent != newer_parent or place == 0:
             return parent, older
         ratio = (stamp - older_stamp) / (newer_stamp - older_stamp)
@@ -80,7 +85,7 @@ def answer(history, stamp):
     try:
         pose = history.sample(stamp)
         return history.parent_at(stamp), pose
-    except (NoDataException, FutureExtrapolationException, PastExtrapolationException) as error:
+    except ExtrapolationException as error:
         return type(error)
 
 
@@ -97,6 +102,13 @@ class HistoryMachine(RuleBasedStateMachine):
     def hold_the_newest(self, holds_for):
         self.naive.holds_for = holds_for
         self.history.interpolate_by(Holding(holds_for))
+        self.look_at_the_ends()
+
+    @rule()
+    def end(self):
+        self.history.end()
+        if self.naive.samples:
+            self.naive.ends.add(self.naive.samples[0][0])
         self.look_at_the_ends()
 
     def look_at_the_ends(self):
@@ -149,6 +161,7 @@ class HistoryMachine(RuleBasedStateMachine):
     def clear(self):
         self.history.clear()
         self.naive.samples.clear()
+        self.naive.ends.clear()
 
     @rule(stamp=st.integers(-30, 300))
     def look_anywhere(self, stamp):
@@ -178,10 +191,11 @@ class HistoryMachine(RuleBasedStateMachine):
         samples, history = self.naive.samples, self.history
         assert len(history) == len(samples)
         assert history.newest_stamp == (samples[0][0] if samples else None)
+        ended = bool(samples) and samples[0][0] in self.naive.ends
         assert history.latest_stamp == (
-            samples[0][0] + self.naive.holds_for if samples else None)
+            samples[0][0] + (0 if ended else self.naive.holds_for) if samples else None)
         assert history.oldest_stamp == (samples[-1][0] if samples else None)
-        assert history.parent == (samples[0][1] if samples else None)
+        assert history.parent == (samples[0][1] if samples and not ended else None)
         self.compare(samples[0][0] if samples else 0)
 
     @invariant()

@@ -266,7 +266,127 @@ def test_subclass_of_linear_with_poses_of_its_own_has_them_at_many_stamps(buffer
     assert found.tolist() == [list(buffer.lookup('base', 'lift', int(stamp))) for stamp in stamps]
 
 
+class Answers(Interpolation):
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def between(self, samples, index, stamp):
+        return self.answer()
+
+
+@pytest.mark.parametrize(('answer', 'why'), [
+    (lambda: 1 // 0, 'raised ZeroDivisionError'),
+    (lambda: None, 'raised TypeError'),
+    (lambda: (1.0, 2.0, 3.0), 'raised ValueError'),
+    (lambda: (np.nan, 0, 0, 0, 0, 0, 1), r'returned \(nan, 0.0, .* not finite'),
+    (lambda: (0, 0, 0, 0, 0, 0, 5), 'whose quaternion has not length one'),
+])
+def test_interpolation_that_gives_no_pose_is_named_to_who_asks(buffer, answer, why):
+    buffer.set_interpolation('lift', Answers(answer))
+    for ask in (lambda: buffer.lookup('base', 'lift', 150 * MS),
+                lambda: buffer.lookup_within(9.0, 'base', 'lift', 150 * MS),
+                lambda: buffer.lookup_many('base', 'lift', [150 * MS])):
+        with pytest.raises(InvalidArgumentException, match=(
+                f'Answers.between, the interpolation of the edge base -> lift, {why}')):
+            ask()
+    assert buffer.lookup('base', 'lift', 200 * MS) == pose_at(200 * MS)
+
+
+def test_waiter_gets_the_fault_of_an_interpolation_and_who_inserts_does_not():
+    buffer = BufferCore(now=lambda: NEWEST)
+    buffer.set_interpolation('lift', Answers(lambda: 1 // 0))
+    buffer.insert('base', 'lift', NEWEST, pose_at(1))
+    found = []
+
+    def wait():
+        try:
+            buffer.lookup_within(60.0, 'base', 'lift', NEWEST + 1)
+        except InvalidArgumentException as error:
+            found.append(str(error))
+
+    waiter = threading.Thread(target=wait)
+    waiter.start()
+    while not len(buffer.waiting):
+        assert waiter.is_alive()
+    assert not buffer.insert('base', 'lift', NEWEST + 2, pose_at(2))
+    waiter.join(60.0)
+    assert 'ZeroDivisionError' in found[0]
+
+
 def test_interpolation_without_between_says_so(buffer):
     buffer.set_interpolation('lift', Interpolation())
-    with pytest.raises(NotImplementedError, match=r'Interpolation must define between\(\)'):
+    with pytest.raises(InvalidArgumentException, match=r'Interpolation must define between\(\)'):
         buffer.lookup('base', 'lift', 150 * MS)
+
+
+class Wide(Interpolation):
+    """Looks at two samples on either side, as a cubic would."""
+
+    def between(self, samples, index, stamp):
+        near = [number for number in range(index - 1, index + 3)
+                if samples.first() <= number < len(samples.stamps)]
+        return Pose(x=float(sum(samples.stamps[number] for number in near)))
+
+
+def test_samples_on_either_side_are_there_at_many_stamps_too(buffer):
+    buffer.set_interpolation('lift', Wide())
+    stamps = np.array([350, 360, 450]) * MS
+    assert buffer.lookup_many('base', 'lift', stamps)[:, 0].tolist() == [
+        buffer.lookup('base', 'lift', stamp).x for stamp in stamps.tolist()]
+
+
+# --- files
+
+
+class Forgetful(Interpolation):
+    name = 'forgetful, of a test'
+
+    def __init__(self, data=1):
+        self.data = data
+
+    def between(self, samples, index, stamp):
+        return samples.pose(index)
+
+
+class Saves(Forgetful):
+    name = 'saves, of a test'
+
+    def save(self, arrays):
+        return self.data()
+
+
+@pytest.mark.parametrize(('policy', 'why'), [
+    (Forgetful(), 'its interpolation Forgetful has data, so it needs methods save and load'),
+    (Saves(lambda: None), r'save\(\) of its interpolation Saves must return a dict'),
+    (Saves(lambda: 1 // 0), r'save\(\) of its interpolation Saves raised ZeroDivisionError'),
+    (Saves(lambda: {'data': np.int64(1)}), 'the tree cannot be saved: .*int64'),
+])
+def test_policy_that_cannot_be_saved_is_refused_before_it_is_lost(buffer, tmp_path, policy, why):
+    buffer.set_interpolation('lift', policy)
+    with pytest.raises(TreeFileError, match=why):
+        buffer.save(tmp_path / 'run.tftree')
+    with pytest.raises(TreeFileError, match=why):
+        pickle.dumps(buffer.snapshot())
+
+
+def test_fault_of_load_is_one_of_the_file(buffer, tmp_path):
+    buffer.set_interpolation('lift', Saves(lambda: {'name': 'of the user'}))
+    buffer.save(tmp_path / 'run.tftree')
+    assert load(tmp_path / 'run.tftree')
+    Saves.load = classmethod(lambda cls, saved: 1 // 0)
+    try:
+        with pytest.raises(TreeFileError, match=r"load\(\) of its interpolation 'saves, of a test' "
+                           'raised ZeroDivisionError'):
+            load(tmp_path / 'run.tftree')
+    finally:
+        del Saves.load
+
+
+def test_policy_of_a_frame_without_samples_goes_with_the_frame():
+    buffer = BufferCore()
+    buffer.set_interpolation('lift', HoldNewest(HOLD))
+    buffer.remove_frame('lift')
+    buffer.insert('base', 'lift', NEWEST, pose_at(1))
+    with pytest.raises(ExtrapolationException):
+        buffer.lookup('base', 'lift', NEWEST + 1)

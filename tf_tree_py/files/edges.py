@@ -23,7 +23,7 @@ from tf_tree_py.core.edges.packed import Columns, POSE_FLOATS
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
-from tf_tree_py.core.errors import InvalidArgumentException, TreeFileError
+from tf_tree_py.core.errors import TreeFileError
 
 from .facts import Arrays, Facts, Saved
 
@@ -213,19 +213,31 @@ def save_interpolation(interpolation: Interpolation, arrays: Arrays) -> Facts:
     """
     Return facts for ``load_interpolation``, and add arrays.
 
-    :raises TreeFileError: its class has no name of its own.
+    :raises TreeFileError: its class has no name of its own, or does not say how to save its data.
     """
     kind = type(interpolation)
     named = _interpolations().get(kind.name)
     # By its full name, because a notebook may have defined the class once more.
     if named is None or (named.__module__, named.__qualname__) != (
             kind.__module__, kind.__qualname__):
+        why = '' if named is None or not kind.name else (
+            f' of its own ({named.__qualname__} has {kind.name!r}, too)')
         raise TreeFileError(
-            f'its interpolation {kind.__name__} needs a name for files, such as '
+            f'its interpolation {kind.__name__} needs a name for files{why}, such as '
             "name = 'my policy' in its class")
     save = getattr(interpolation, 'save', None)
-    facts: Facts = {} if save is None else save(arrays)
-    return {'name': kind.name} | facts
+    if save is None and vars(interpolation):
+        raise TreeFileError(f'its interpolation {kind.__name__} has data, so it needs methods '
+                            'save and load: see docs/interpolation.md')
+    try:
+        facts = {} if save is None else save(arrays)
+    except Exception as error:
+        raise TreeFileError(f'save() of its interpolation {kind.__name__} raised '
+                            f'{error!r}') from error
+    if not isinstance(facts, dict):
+        raise TreeFileError(f'save() of its interpolation {kind.__name__} must return a dict, and '
+                            f'returned {facts!r}')
+    return {'name': kind.name, 'data': facts}
 
 
 def load_interpolation(saved: Saved) -> Interpolation:
@@ -240,10 +252,13 @@ def load_interpolation(saved: Saved) -> Interpolation:
         raise ValueError(f'it contains an edge with the interpolation {name!r}, which is not '
                          'defined here: import the module that defines it first')
     load: Callable[[Saved], Any] | None = getattr(kind, 'load', None)
+    data = saved.part('data')
     try:
-        return checked_interpolation(kind() if load is None else load(saved))
-    except InvalidArgumentException as error:
-        raise ValueError(str(error)) from error
+        return checked_interpolation(kind() if load is None else load(data))
+    except ValueError:
+        raise
+    except Exception as error:
+        raise ValueError(f'load() of its interpolation {name!r} raised {error!r}') from error
 
 
 def _interpolations() -> dict[str, type[Interpolation]]:

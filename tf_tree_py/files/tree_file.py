@@ -76,7 +76,10 @@ def saved_tree(tree: Tree, *, checksum: bool = False) -> SavedTree:
             facts |= _save_companion(companion, arrays)
     if checksum:
         facts[_CHECKSUM] = _crc32(arrays.parts)
-    header = json.dumps(facts).encode()
+    try:
+        header = json.dumps(facts).encode()
+    except TypeError as error:  # of an interpolation of a user
+        raise TreeFileError(f'the tree cannot be saved: {error}') from error
     header += b' ' * (-(_PREFIX.size + len(header)) % ALIGNMENT)
     return SavedTree(_PREFIX.pack(_MAGIC, _VERSION, len(header), zlib.crc32(header)) + header,
                      arrays.parts)
@@ -154,7 +157,8 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
     for edge in saved.parts('edges'):
         history = load_history(edge)
         tree.histories[history.child] = history
-    companions: dict[str, Any] = {kind.key: kind for kind in Companion.__subclasses__()}
+    companions: dict[str, Any] = {
+        kind.key: kind for kind in Companion.__subclasses__() if kind.key}
     for key in saved.names():
         if key not in _FACTS:
             if key not in companions:

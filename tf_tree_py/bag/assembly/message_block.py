@@ -4,7 +4,7 @@
 """Many messages with the same names are read together, as one numpy array of their bytes."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,6 @@ _TYPES = {'i': 'i4', 'I': 'u4'}
 
 # Bytes of messages that are read at a time; they fit into the cache of any processor.
 _CACHED_BYTES = 500_000
-
-# A recording has a few layouts; more are made anew for each window of messages.
-_MOST_LAYOUTS = 64
 
 Bools = npt.NDArray[np.bool_]
 
@@ -73,5 +70,12 @@ class MessageBlock:
         return fits, stamps[:, fits], poses[:, fits]
 
 
-block_of = lru_cache(_MOST_LAYOUTS)(MessageBlock)
-"""Return the block of a layout, made once."""
+_blocks: WeakKeyDictionary[MessageLayout, MessageBlock] = WeakKeyDictionary()
+
+
+def block_of(layout: MessageLayout) -> MessageBlock:
+    """Return the block of a layout, which is made once, and lives as long as the layout."""
+    block = _blocks.get(layout)
+    if block is None:
+        block = _blocks[layout] = MessageBlock(layout)
+    return block

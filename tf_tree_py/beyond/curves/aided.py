@@ -14,7 +14,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.core.edges.interpolation import Interpolation
+from tf_tree_py.core.edges.interpolation import Interpolation, is_linear
 from tf_tree_py.core.edges.packed import PackedSamples, POSE_BYTES, unpack_pair
 from tf_tree_py.core.edges.protocol import EdgeTrack, History
 from tf_tree_py.core.edges.samples import Samples
@@ -61,7 +61,7 @@ class GyroAided(Interpolation):
     R(t) = R0 dR(t) Exp(u r). dR is the rotation by the gyroscope since the previous pose, u the
     elapsed fraction of the time, and r = Log(dR(t1)^-1 R0^-1 R1) the remaining error at the
     next pose. So the rotation agrees exactly with both poses. A gap of the measurements between
-    the poses is bridged. Translations are interpolated linearly, as elsewhere.
+    the poses is bridged. Translations are those of the interpolation beneath it.
 
     :ivar gyro: the orientations by the gyroscope; those after the newest pose have no effect.
     :ivar base: the interpolation where nothing was measured.
@@ -72,6 +72,7 @@ class GyroAided(Interpolation):
     def __init__(self, gyro: Gyro, base: Interpolation) -> None:
         self.gyro, self.base = gyro, base
         self.holds_for = base.holds_for
+        self._moves_on_a_line = is_linear(base)
         self.forget()
 
     def forget(self) -> None:
@@ -124,22 +125,25 @@ class GyroAided(Interpolation):
             stretch = self._stretch = self._measured(samples, index)
             if stretch is None:
                 return self._unmeasured(samples, index, stamp)
-        _, _, (x, y, z), (dx, dy, dz), start, (ax, ay, az), half = stretch
+        _, _, place, way, start, (ax, ay, az), half = stretch
         ratio = (stamp - begin) / (end - begin)
         turned = so3.multiply(start, self.gyro.orientations.sample(stamp)[3:])
         sine = sin(ratio * half)
-        return (x + ratio * dx, y + ratio * dy, z + ratio * dz, *so3.multiply(
-            turned, (sine * ax, sine * ay, sine * az, cos(ratio * half))))
+        rotation = so3.multiply(turned, (sine * ax, sine * ay, sine * az, cos(ratio * half)))
+        if not self._moves_on_a_line:
+            return (*self.base.pose(samples, index, stamp)[:3], *rotation)
+        (x, y, z), (dx, dy, dz) = place, way
+        return (x + ratio * dx, y + ratio * dy, z + ratio * dz, *rotation)
+
+    pose = between  # it needs no check
 
     def _unmeasured(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
         """Return the pose on a bridge, or where nothing was measured."""
         bridge = self._bridge_at(samples, index)
+        place = self.base.pose(samples, index, stamp)
         if bridge is None:
-            return self.base.between(samples, index, stamp)
-        begin, end, (x, y, z), (dx, dy, dz), *_ = bridge
-        ratio = (stamp - begin) / (end - begin)
-        return (x + ratio * dx, y + ratio * dy, z + ratio * dz,
-                *bridge.rotation(stamp, self.gyro.orientations))
+            return place
+        return (*place[:3], *bridge.rotation(stamp, self.gyro.orientations))
 
     def _measured(self, samples: PackedSamples, index: int) -> _Stretch | None:
         """Return the stretch from a sample to the next; None if it was not fully measured."""

@@ -7,12 +7,12 @@ How an edge moves between its samples, and for how long it holds the newest one.
 This is the seam for other policies: an object that a history of samples asks, not a kind of
 history. ``Linear`` is tf2's, and that of nearly all edges.
 
-An interpolation reads the samples and never changes them. It is called with the buffer's lock
-held, from any thread. One object may serve many edges, unless it keeps data of an edge: then
+An interpolation reads the samples and never changes them. Single lookups call it with the lock of
+their buffer or snapshot held, lookups at many stamps without it. One object may serve many edges
+and snapshots, so several threads may call it at once; unless it keeps data of an edge: then
 ``copy`` must return an independent one.
 """
 
-from collections.abc import Callable
 from typing import ClassVar
 
 from .packed import PackedSamples, POSE_BYTES, unpack_pair
@@ -20,6 +20,7 @@ from .protocol import EdgeTrack
 from .tracks import InterpolatedTrack, OneByOneTrack
 from ..errors import InvalidArgumentException
 from ..geometry.chain import between_samples, PoseTuple
+from ..geometry.poses import is_sound
 
 
 class Interpolation:
@@ -45,14 +46,33 @@ class Interpolation:
         """
         raise NotImplementedError(f'{type(self).__name__} must define between()')
 
+    def pose(self, samples: PackedSamples, index: int, stamp: int) -> PoseTuple:
+        """
+        Return ``between``, checked, because it may be a user's.
+
+        :raises InvalidArgumentException: it raised an exception, or returned no pose.
+        """
+        try:
+            x, y, z, qx, qy, qz, qw = map(float, self.between(samples, index, stamp))
+        except Exception as error:
+            raise _wrong(self, samples, f'raised {error!r}') from error
+        found = (x, y, z, qx, qy, qz, qw)
+        if not is_sound(found):
+            raise _wrong(self, samples, f'returned {found}, which is not finite, or whose '
+                         'quaternion has not length one')
+        return found
+
     def track(self, samples: PackedSamples, first: int, last: int) -> EdgeTrack:
         """
         Return a copy of the data for lookups at many stamps, all from ``first`` to ``last``.
 
-        By default it calls ``between`` for each stamp.
+        By default it calls ``between`` for each stamp, with a copy of the samples around these
+        stamps, and two more on either side.
         """
+        few, begin = samples.part(samples.index_before(first), last, beside=2)
+        pose = self.copy().pose
         return OneByOneTrack(*samples.copy_between(first, last),
-                             _on_a_copy(self.copy().between, samples, first))
+                             lambda index, stamp: pose(few, begin + index, stamp))
 
     # --- only for data of the edge
 
@@ -71,12 +91,11 @@ class Interpolation:
         return other
 
 
-def _on_a_copy(between: Callable[[PackedSamples, int, int], PoseTuple], samples: PackedSamples,
-               first: int) -> Callable[[int, int], PoseTuple]:
-    """Return a function of an index, counted from the sample before ``first``, and a stamp."""
-    twin = samples.copy()
-    begin = twin.index_before(first)
-    return lambda index, stamp: between(twin, begin + index, stamp)
+def _wrong(interpolation: Interpolation, samples: PackedSamples,
+           what: str) -> InvalidArgumentException:
+    return InvalidArgumentException(
+        f'{type(interpolation).__name__}.between, the interpolation of the edge {samples.parent} '
+        f'-> {samples.child}, {what}')
 
 
 class Linear(Interpolation):

@@ -217,9 +217,24 @@ class PackedSamples:
         after = bisect_right(self.stamps, stamp, self.first())
         return self.stamps[after] if after < len(self.stamps) else FOREVER
 
-    def copy(self) -> 'PackedSamples':
-        """Return independent memory with the same samples."""
-        return self.copied_into(PackedSamples(self.child, self.cache_time, self.authority))
+    def part(self, index: int, last: int, beside: int) -> tuple['PackedSamples', int]:
+        """
+        Return a copy of some samples, and the index that a given sample has in it.
+
+        :param index: of the first of these samples.
+        :param last: the stamp up to which they are needed, with the sample after it.
+        :param beside: how many more are wanted on either side, if there are so many.
+        """
+        begin = max(self.first(), index - beside)
+        end = bisect_right(self.stamps, last, index) + 1 + beside
+        few = PackedSamples(self.child, self.cache_time, self.authority)
+        few.parent, few.newest_stamp = self.parent, self.newest_stamp
+        few.latest_stamp, few._holds_for = self.latest_stamp, self._holds_for
+        few.stamps = array('q', self.stamps[begin:end])
+        few.poses = array('d', self.poses[begin * POSE_FLOATS:end * POSE_FLOATS])
+        few.parents = None if self.parents is None else list(self.parents[begin:end])
+        few._ends = set(self._ends)
+        return few, index - begin
 
     def copied_into(self, twin: _Twin) -> _Twin:
         """Copy the samples to a history of another kind, and return it."""

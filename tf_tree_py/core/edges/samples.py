@@ -127,7 +127,7 @@ class Samples(PackedSamples):
         if self._is_linear:
             return between_samples(
                 unpack_pair(self.poses, first), stamp, older_stamp, stamps[after])
-        return self.interpolation.between(self, after - 1, stamp)
+        return self.interpolation.pose(self, after - 1, stamp)
 
     def _held(self, stamp: int) -> PoseTuple:
         newest, latest = self.newest_stamp, self.latest_stamp

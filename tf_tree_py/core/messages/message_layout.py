@@ -72,7 +72,7 @@ class MessageLayout:
     """
 
     __slots__ = ('key', 'size', 'edges', 'wanted', 'fixed', 'names', 'order', 'stamp',
-                 '_slashed', '_unpack_names', '_unpack_numbers')
+                 '_slashed', '_unpack_names', '_unpack_numbers', '__weakref__')
 
     def __init__(self, cursor: ByteCursor, places: Sequence[TransformPlace],
                  edges: Sequence[Edge | None], slashed: Sequence[str]) -> None:

@@ -348,9 +348,9 @@ class Tree:
 
         :return: whether the frame was known.
         """
+        self.histories.pop(frame, None)  # it may have an interpolation before its first sample
         if frame not in self.frames:
             return False
-        self.histories.pop(frame, None)
         for companion in self.companions.values():
             companion.remove(frame)
         if not any(history.has_named(frame) for history in self.histories.values()):

@@ -172,7 +172,7 @@ class Buffer(CoreApi, BufferInterface):
         return self._nothing_yet()
 
     def _nothing_yet(self) -> str:
-        if self.feeds:
+        if len(self.feeds):
             return (f'{nothing_yet()}: does any node publish on /tf or /tf_static with the same '
                     'ROS_DOMAIN_ID? tf_doctor also reports publishers whose quality of service '
                     'does not match')
