@@ -11,6 +11,7 @@ from typing import Final
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME, DEFAULT_MAX_FRAMES
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.messages.message_layout import as_published
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
@@ -57,7 +58,7 @@ _LARGEST: Final = 8_000_000
 _ALL: Final = ''
 
 
-class FleetListener:
+class FleetListener(Closable):
     """
     Fills a buffer with the transforms that robots send over Zenoh; needs no ROS.
 
@@ -188,12 +189,6 @@ class FleetListener:
         self._presence.wake()
         if threading.current_thread() is not self._thread:
             self._thread.join(CLOSE_S)
-
-    def __enter__(self) -> 'FleetListener':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     # --- in the listener's own thread
 

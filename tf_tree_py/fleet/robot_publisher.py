@@ -13,6 +13,7 @@ import threading
 import time
 from typing import Any, NamedTuple, TYPE_CHECKING
 
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 
@@ -31,7 +32,7 @@ DEFAULT_HISTORY = 200
 """The number of messages of moving frames that are kept: 10 s at 20 Hz."""
 
 
-class RobotPublisher:
+class RobotPublisher(Closable):
     """
     Sends a robot's transforms, and declares it present as long as it is open.
 
@@ -85,12 +86,6 @@ class RobotPublisher:
         """
         declared, self._declared = self._declared, []
         end_soon(*(one.undeclare for one in declared))
-
-    def __enter__(self) -> 'RobotPublisher':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class _Sender:

@@ -16,6 +16,7 @@ from rclpy.duration import Duration
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from tf_tree_py.beyond.sources.source_samples import EdgeSource
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.messages.incidents import Kind, REMARKS
 from tf_tree_py.core.stamp import as_seconds, DEAD_SILENCE, format_span, format_stamp
 from tf_tree_py.core.text import listed
@@ -44,7 +45,7 @@ OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE)
 
 
-class TransformDiagnostics:
+class TransformDiagnostics(Closable):
     """
     A publisher of the health of a buffer's edges, until ``close()``; it is a context manager.
 
@@ -107,12 +108,6 @@ class TransformDiagnostics:
         self._buffer.observers.remove(self._doctor)
         self._node.destroy_timer(self._timer)
         self._node.destroy_publisher(self._publisher)
-
-    def __enter__(self) -> 'TransformDiagnostics':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def report(self) -> DiagnosticArray:
         """Return the present health, and counts since the last report."""

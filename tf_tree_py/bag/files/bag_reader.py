@@ -14,6 +14,7 @@ import heapq
 import os
 from pathlib import Path
 
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.text import printable
 from tf_tree_py.recording.errors import BagError, needs_extra
 
@@ -23,7 +24,7 @@ from .message_source import MessageSource, RecordedMessage, Storage
 PathLike = str | os.PathLike[str]
 
 
-class Bag:
+class Bag(Closable):
     """
     One bag, open: a file, or a folder with its splits.
 
@@ -118,12 +119,6 @@ class Bag:
         """Close its files."""
         for storage in self._storages:
             storage.close()
-
-    def __enter__(self) -> 'Bag':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def read_messages(path: PathLike, topics: Sequence[str] | None = None, *,

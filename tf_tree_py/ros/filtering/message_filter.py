@@ -25,6 +25,7 @@ from rclpy.subscription import Subscription
 from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core import fork_locks
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import (
     ClockJumpException,
     ConnectivityException,
@@ -105,7 +106,7 @@ def drop_for(error: TransformException, *, released: bool) -> Drop:
 _Answer = list[tuple[str, int, PoseTuple]]
 
 
-class MessageFilter:
+class MessageFilter(Closable):
     """
     Calls back with a message and its transform, once the transform is available.
 
@@ -243,12 +244,6 @@ class MessageFilter:
             self._node.destroy_subscription(subscription)
         self._node.destroy_guard_condition(self._bell)
         self._report_drops()
-
-    def __enter__(self) -> 'MessageFilter':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     # --- with the lock
 

@@ -13,6 +13,7 @@ from rclpy.clock import ROSClock
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import TimeoutException
 
 from .goal_client import GoalClient
@@ -26,7 +27,7 @@ _PADDING = Duration(seconds=2.0)
 _FOREVER_S = 1e9
 
 
-class BufferClient(BufferInterface):
+class BufferClient(Closable, BufferInterface):
     """
     A client for the transforms of a buffer server, tf2's or this package's.
 
@@ -69,12 +70,6 @@ class BufferClient(BufferInterface):
 
     def destroy(self) -> None:
         """End the pending lookups, and stop: tf2's name for ``close``."""
-        self.close()
-
-    def __enter__(self) -> 'BufferClient':
-        return self
-
-    def __exit__(self, *_: object) -> None:
         self.close()
 
     def wait_for_server(self, timeout: Any = None) -> bool:

@@ -16,6 +16,7 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from rclpy.task import Future
 from tf2_msgs.action import LookupTransform
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import TransformException
 
 from .lookup_goal import ACTION_NAME, error_result, service_qos
@@ -31,7 +32,7 @@ from ..waiting.futures import TransformFuture
 _RESULT_TIMEOUT_S = 2
 
 
-class BufferServer:
+class BufferServer(Closable):
     """
     Answers the lookups of other processes from a buffer, as tf2's ``buffer_server`` does.
 
@@ -76,12 +77,6 @@ class BufferServer:
             future.cancel()
         self._node.destroy_guard_condition(bell)
         self._server.destroy()
-
-    def __enter__(self) -> 'BufferServer':
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _accept(self, handle: ServerGoalHandle) -> None:
         future = self._look_up(handle.request)

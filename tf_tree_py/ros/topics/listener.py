@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from tf2_msgs.msg import TFMessage
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.message_layout import Rename, STEP
 from tf_tree_py.core.messages.observers import ReceivedMessage
@@ -45,7 +46,7 @@ NAME = 'transform_listener_impl'
 _LARGE_BYTES, _MOST_WAITING_BYTES = 100_000, 16_000_000
 
 
-class TransformListener:
+class TransformListener(Closable):
     """
     Fills a buffer with the transforms on ``/tf`` and ``/tf_static``.
 
@@ -151,12 +152,6 @@ class TransformListener:
 
     def unregister(self) -> None:
         """Stop listening: tf2's name for ``close``."""
-        self.close()
-
-    def __enter__(self) -> 'TransformListener':
-        return self
-
-    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _make_home(self, node: Node | None, spin_thread: bool) -> Node:

@@ -10,7 +10,7 @@ rotation of an edge between its poses.
 
 from collections.abc import Callable
 import math
-from typing import Any, TypeVar
+from typing import Any
 import weakref
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -28,6 +28,7 @@ from tf_tree_py.beyond.uncertainty.insertion import (
     STATIC_COVARIANCE_TOPIC,
     take_estimate,
 )
+from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.messages.incidents import Incident
@@ -39,8 +40,6 @@ from ..buffer.interface import check_is_ours, check_places
 from ..messages.convert import as_nanoseconds, as_pose, time_message
 from ..threads.internal_node import internal_node
 from ..threads.receiver import Receiver
-
-Listener = TypeVar('Listener', bound='_Listener')
 
 
 class SideTopics:
@@ -83,7 +82,7 @@ class SideTopics:
         self._receiver.close()
 
 
-class _Listener:
+class _Listener(Closable):
     """A listener that fills a buffer from side topics; a context manager, which closes it."""
 
     def __init__(self, buffer: Buffer, node: Node, usage: str, name: str,
@@ -104,12 +103,6 @@ class _Listener:
     def close(self) -> None:
         """Stop listening; the contents of the buffer stay."""
         self._topics.close()
-
-    def __enter__(self: Listener) -> Listener:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 # --- covariances
