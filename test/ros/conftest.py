@@ -46,7 +46,7 @@ def buffer():
     move(buffer, 2.0)
     yield buffer
     buffer.timeouts.forget_orphans()
-    until(lambda: len(buffer.waiting) == 0 and buffer.timeouts.alarms == 0)
+    until(lambda: len(buffer.waiting) == 0 and len(buffer.timeouts.alarms) == 0)
 
 
 @pytest.fixture

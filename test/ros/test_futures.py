@@ -32,7 +32,7 @@ from ros_helpers import (
 import tf_tree_py as tf
 from tf_tree_py.ros.waiting.alarm_clock import Alarms
 from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
-from tf_tree_py.ros.waiting.deadlines import AlarmDeadline
+from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
 EXECUTORS = pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
 HOUR = lasting(3600.0)
@@ -237,7 +237,7 @@ def test_end_that_is_reached_before_the_alarm_is_set_is_not_missed():
         clock.set_ros_time_override(Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME))
 
     show(1)
-    deadline = AlarmDeadline(watch, 5, None)
+    deadline = ClockDeadline(watch, 5, None)
     show(10)
     show(2)
 
@@ -499,5 +499,5 @@ def test_ten_thousand_futures_leave_nothing(buffer, no_collection, end, timeout)
     assert len(buffer.waiting) == 0
     assert not any(reference() for reference in references)
     del references
-    until(lambda: buffer.timeouts.alarms == 0)
+    until(lambda: len(buffer.timeouts.alarms) == 0)
     assert sys.getallocatedblocks() - blocks < 1_000

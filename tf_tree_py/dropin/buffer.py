@@ -273,7 +273,7 @@ class BufferCore(OurBuffer):
             call()
 
     def _is_ours(self, thread: threading.Thread) -> bool:
-        return self.feeds.deliver_in(thread) or self.timeouts.end_in(thread)
+        return self.feeds.deliver_in(thread) or self.timeouts.alarms.run_in(thread)
 
     # --- results as in tf2
 

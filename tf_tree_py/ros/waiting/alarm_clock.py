@@ -30,7 +30,7 @@ from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import no_truth
 
 from .clock import ClockWatch, STOPPED_S
-from .deadlines import AlarmDeadline
+from .deadlines import ClockDeadline
 from ..threads.internal_node import CallbackFailures
 
 _LINGER_S = 1.0
@@ -89,7 +89,7 @@ class Alarms:
         self._thread = None
         self._bell = _Bell()
 
-    def add(self, sleeper: Sleeper, deadline: AlarmDeadline) -> int:
+    def add(self, sleeper: Sleeper, deadline: ClockDeadline) -> int:
         """
         Call a sleeper's ``expire`` when its deadline is over.
 

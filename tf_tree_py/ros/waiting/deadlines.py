@@ -27,10 +27,11 @@ _NO_LISTENER = 'Given up: the listener was closed, or ROS was shut down'
 
 class ClockDeadline:
     """
-    A timeout for a thread that sleeps.
+    A timeout for a thread that sleeps in ``wait``, or for a wait that an alarm ends.
 
     With simulated time it ends at the first tick that reaches its end.
 
+    :ivar wall_end: its end by the monotonic system clock, seconds; inf: never.
     :ivar why_early: why the wait ended before its timeout; '' if it did not.
     """
 
@@ -56,7 +57,7 @@ class ClockDeadline:
         wall_s = wall_guard_s
         if self._begin is None:
             wall_s = None if timeout is None else as_seconds(timeout)
-        self._wall_end = math.inf if wall_s is None else self._wall_begin + wall_s
+        self.wall_end = math.inf if wall_s is None else self._wall_begin + wall_s
 
     def start(self, now: int) -> None:
         """Begin now: before that, no time had been received."""
@@ -97,7 +98,7 @@ class ClockDeadline:
 
     def _left_s(self) -> float:
         """Return the seconds that may be waited by the wall clock."""
-        return min(max(0.0, self._wall_end - time.monotonic()), threading.TIMEOUT_MAX)
+        return min(max(0.0, self.wall_end - time.monotonic()), threading.TIMEOUT_MAX)
 
     def elapsed_s(self) -> float:
         """Return the seconds since the wait began, of simulated time where that is in use."""
@@ -105,8 +106,13 @@ class ClockDeadline:
             return time.monotonic() - self._wall_begin
         return as_seconds(self._now - self._begin)
 
+    @property
+    def released(self) -> bool:
+        """Return whether the last source of the awaited data has gone."""
+        return self._watch.released != self._released
+
     def _is_over(self) -> bool:
-        if self._watch.released != self._released:
+        if self.released:
             self.why_early = _NO_LISTENER
             return True
         if self._begin is None:
@@ -118,24 +124,12 @@ class ClockDeadline:
             self.why_early = _NO_LISTENER
         return self._reached or self._now is None
 
-
-class AlarmDeadline(ClockDeadline):
-    """A timeout for a wait without a thread: an alarm ends it."""
-
-    @property
-    def wall_end(self) -> float:
-        """Return the monotonic time of its end; inf: never."""
-        return self._wall_end
+    # --- without a thread
 
     @property
     def is_simulated(self) -> bool:
         """Return whether it follows simulated time."""
         return self._begin is not None
-
-    @property
-    def released(self) -> bool:
-        """Return whether the last source of the awaited data has gone."""
-        return self._watch.released != self._released
 
     def call(self, wake: Callable[[], object]) -> None:
         """Call a function when simulated time reaches the end, or now if it has."""
@@ -147,7 +141,7 @@ class AlarmDeadline(ClockDeadline):
         """Return whether the wait is over; ``why_early`` is the reason if it ended early."""
         if self._is_over():
             return True
-        if time.monotonic() < self._wall_end:
+        if time.monotonic() < self.wall_end:
             return False
         if self._begin is not None:
             self.why_early = 'Given up because of the wall_guard: is any node publishing /clock?'

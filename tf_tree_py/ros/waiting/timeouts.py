@@ -20,7 +20,6 @@ The rules:
 from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
-import threading
 from typing import Any, Generic, Protocol, TypeVar
 import weakref
 
@@ -30,7 +29,7 @@ from tf_tree_py.core.messages.observers import Observers
 
 from .alarm_clock import Alarms
 from .clock import ClockWatch
-from .deadlines import AlarmDeadline, ClockDeadline
+from .deadlines import ClockDeadline
 
 Answer = TypeVar('Answer')
 Taken = TypeVar('Taken', contravariant=True)
@@ -42,6 +41,7 @@ class Timeouts:
 
     :ivar waiting: the buffer's queue of waiters.
     :ivar watch: the clock that deadlines follow.
+    :ivar alarms: end the waits whose time is over.
     :ivar observers: the buffer's observers.
     :ivar by_wall: whether timeouts follow the system's clock also with simulated time.
     :ivar call_back: calls a callback of a future that has ended, with the future, in whichever
@@ -63,42 +63,20 @@ class Timeouts:
         self.call_back: Callable[[Any, Callable[[Any], object]], object] = _call_here
         self.check_spinning: Callable[[], Callable[[], str]] = lambda: str
         self._wall_guard_s = wall_guard_s
-        self._alarms = Alarms(watch, self.forget_orphans)
+        self.alarms = Alarms(watch, self.forget_orphans)
         self._orphans: deque[_Registration] = deque()
 
-    @property
-    def alarms(self) -> int:
-        """Return how many alarms are set."""
-        return len(self._alarms)
-
-    def end_in(self, thread: threading.Thread) -> bool:
-        """Return whether a thread ends the waits whose time is over."""
-        return self._alarms.run_in(thread)
-
-    def deadline(self, timeout: int) -> ClockDeadline:
-        """Return a deadline for a thread that sleeps, nanoseconds from now."""
-        return ClockDeadline(self.watch, timeout, self._wall_guard_s, by_wall=self.by_wall,
-                             why_nothing_arrives=self.check_spinning())
-
-    def deadline_without_thread(self, timeout: int | None) -> AlarmDeadline:
-        """Return a deadline that needs an alarm, nanoseconds from now; None: it never ends."""
+    def deadline(self, timeout: int | None) -> ClockDeadline:
+        """Return a deadline, nanoseconds from now; None: it never ends."""
         guard_s = None if timeout is None else self._wall_guard_s
-        return AlarmDeadline(self.watch, timeout, guard_s, by_wall=self.by_wall,
+        return ClockDeadline(self.watch, timeout, guard_s, by_wall=self.by_wall,
                              why_nothing_arrives=self.check_spinning())
-
-    def set_alarm(self, wait: 'Wait[Any]', deadline: AlarmDeadline) -> int:
-        """Call a wait's ``expire`` at its deadline; return the number of the alarm."""
-        return self._alarms.add(wait, deadline)
-
-    def forget_alarm(self, number: int) -> None:
-        """Cancel an alarm; it may have fired already."""
-        self._alarms.forget(number)
 
     def leave_orphan(self, registration: '_Registration') -> None:
         """Schedule a registration for removal; takes no lock, because finalizers call it."""
         self._orphans.append(registration)
         if registration.alarm is not None:
-            self._alarms.ring()
+            self.alarms.ring()
 
     def forget_orphans(self) -> None:
         """Remove garbage-collected waits from the queue."""
@@ -144,7 +122,7 @@ class Wait(Generic[Answer]):
         self._kept: Asker[Answer] | None = None
         self._timeout = timeout
         self._lock = lock or nullcontext()
-        self._deadline: AlarmDeadline | None = None
+        self._deadline: ClockDeadline | None = None
         self._inquiry = Inquiry(timeouts.waiting, query, _ask_if_alive(self))
         self._registration = _Registration(timeouts, self._inquiry)
 
@@ -212,9 +190,9 @@ class Wait(Generic[Answer]):
     def _set_deadline(self) -> None:
         """Start the clock of the timeout, before the first wait."""
         if self._deadline is None:
-            self._deadline = self._timeouts.deadline_without_thread(self._timeout)
+            self._deadline = self._timeouts.deadline(self._timeout)
             if self._timeout is not None:
-                self._registration.alarm = self._timeouts.set_alarm(self, self._deadline)
+                self._registration.alarm = self._timeouts.alarms.add(self, self._deadline)
 
     def _add_waited_time(self, error: TransformException) -> None:
         deadline = self._deadline
@@ -243,7 +221,7 @@ class _Registration:
         # In this order: an inquiry that is over begins no wait, and so sets no alarm.
         self._inquiry.end()
         if self.alarm is not None:
-            self._timeouts.forget_alarm(self.alarm)
+            self._timeouts.alarms.forget(self.alarm)
 
 
 def _call_here(future: Any, callback: Callable[[Any], object]) -> None:
