@@ -136,8 +136,9 @@ class BufferClient(Closable, BufferInterface):
         timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9
         padding = self.timeout_padding
         padding_s = padding if isinstance(padding, (int, float)) else as_nanoseconds(padding) / 1e9
-        return self.action_client.start(
-            LookupCall(self.action_client, goal, max(0.0, timeout_s), padding_s))
+        client = self.action_client
+        return client.start(LookupCall(
+            client.report, client.drop, goal, max(0.0, timeout_s), padding_s))
 
     def _answer(self, begin: Callable[[], LookupCall]) -> TransformStamped:
         if current_thread() is self.action_client.thread:

@@ -142,7 +142,7 @@ class GoalClient:
         self.name = node.resolve_service_name(name)
         self._period_s = check_period_s
         self._lock = threading.Lock()
-        self._goals: Goals[LookupCall] = Goals(_MAX_UNACCEPTED)
+        self._goals = Goals(_MAX_UNACCEPTED)
         # The calls that a garbage collection has dropped, for the thread to cancel.
         self._dropped: deque[LookupCall] = deque()
         self._closed = threading.Event()

@@ -10,10 +10,11 @@ client reports each ``Event`` and carries out the ``Action`` that is returned.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import auto, Enum
 import secrets
 import time
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.task import Future
@@ -127,18 +128,9 @@ UNACCEPTED = State.SENT, State.CANCELLING
 WANTED = State.TO_BE_SENT, State.SENT, State.ACCEPTED
 
 
-class Goal(Protocol):
-    """An object with a state; hashable by identity."""
-
-    state: State
-
-
-Kind = TypeVar('Kind', bound=Goal)
-
-
-class Goals(Generic[Kind]):
+class Goals:
     """
-    All goals of a client by state, each state in order of arrival.
+    All goals of a client, those of its calls, by state; each state in order of arrival.
 
     The caller holds a lock, so that each event is one atomic step.
     """
@@ -150,23 +142,23 @@ class Goals(Generic[Kind]):
         :param max_unaccepted: so many may wait for a server's acceptance at a time.
         """
         self._max_unaccepted = max_unaccepted
-        self._goals: dict[State, dict[Kind, None]] = {state: {} for state in State}
+        self._goals: dict[State, dict[LookupCall, None]] = {state: {} for state in State}
 
-    def add(self, goal: Kind) -> None:
+    def add(self, goal: LookupCall) -> None:
         """Append a goal to the queue of those to be sent."""
         self._goals[goal.state][goal] = None
 
-    def in_state(self, *states: State) -> list[Kind]:
+    def in_state(self, *states: State) -> list[LookupCall]:
         """Return the goals in these states; those that have ended are forgotten."""
         return [goal for state in states for goal in self._goals[state]]
 
-    def next_to_send(self) -> Kind | None:
+    def next_to_send(self) -> LookupCall | None:
         """Return the first goal in the queue; None: there is none, or no room for it yet."""
         if sum(len(self._goals[state]) for state in UNACCEPTED) >= self._max_unaccepted:
             return None
         return next(iter(self._goals[State.TO_BE_SENT]), None)
 
-    def move(self, goal: Kind, event: Event) -> tuple[Action, ...]:
+    def move(self, goal: LookupCall, event: Event) -> tuple[Action, ...]:
         """Move a goal to its next state; return the actions to carry out, in order."""
         before = goal.state
         if event not in _TRANSITIONS[before]:
@@ -190,16 +182,6 @@ _LEAST_S = 0.001
 _QUICK_S = 0.1
 
 
-class Client(Protocol):
-    """The client that sends the goal of a call."""
-
-    def report(self, call: LookupCall, event: Event) -> None:
-        """Move a call to its next state, and carry out the resulting actions."""
-
-    def drop(self, call: LookupCall) -> None:
-        """Cancel a call soon, in another thread; takes no lock."""
-
-
 class LookupCall(AwaitableFuture):
     """
     A future of the ``TransformStamped`` that a server finds.
@@ -214,11 +196,14 @@ class LookupCall(AwaitableFuture):
     :ivar request: the future of the last request to the server.
     """
 
-    def __init__(self, client: Client, goal: LookupTransform.Goal, timeout_s: float,
-                 padding_s: float) -> None:
+    def __init__(self, report: Callable[[LookupCall, Event], object],
+                 cancel_soon: Callable[[LookupCall], object],
+                 goal: LookupTransform.Goal, timeout_s: float, padding_s: float) -> None:
         """
         Store the goal, and how long to wait for the answer.
 
+        :param report: of the client that sends the goal; see ``GoalClient``.
+        :param cancel_soon: likewise, its ``drop``: it takes no lock.
         :param goal: its timeout is set when it is sent.
         :param padding_s: how much longer than its timeout the server may take.
         """
@@ -226,7 +211,7 @@ class LookupCall(AwaitableFuture):
         self.state = State.TO_BE_SENT
         self.goal_id = UUID()
         self.request: Future | None = None
-        self._client = client
+        self._report, self._cancel_soon = report, cancel_soon
         self._goal = goal
         self._begin = self._sent_at = time.monotonic()
         self._lease_s = self._timeout_s = timeout_s
@@ -277,18 +262,18 @@ class LookupCall(AwaitableFuture):
         """End with the transform or the error of a server's response."""
         if is_unknown(response.status, response.result) and self._is_in_time():
             # A request goes to all servers: here a server that has just appeared responded first.
-            self._client.report(self, Event.UNKNOWN_THERE)
+            self._report(self, Event.UNKNOWN_THERE)
             return
         try:
             transform = transform_of(response.status, response.result)
         except TransformException as error:
             if isinstance(error, TimeoutException) and self._may_ask_again():
-                self._client.report(self, Event.PART_OVER)
+                self._report(self, Event.PART_OVER)
                 return
-            self._client.report(self, Event.RESULT)
+            self._report(self, Event.RESULT)
             self.set_exception(error.with_traceback(None))
         else:
-            self._client.report(self, Event.RESULT)
+            self._report(self, Event.RESULT)
             self.set_result(transform)
 
     def _may_ask_again(self) -> bool:
@@ -312,11 +297,11 @@ class LookupCall(AwaitableFuture):
 
     def drop(self) -> None:
         """Let the client cancel it: this thread may be in the middle of anything."""
-        self._client.drop(self)
+        self._cancel_soon(self)
 
     def _end(self) -> bool:
         first = super()._end()
         if first:
             # After an answer the goal has ended already, and this changes nothing.
-            self._client.report(self, Event.CANCELLED)
+            self._report(self, Event.CANCELLED)
         return first
