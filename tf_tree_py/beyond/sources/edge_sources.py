@@ -49,32 +49,18 @@ class Rule(NamedTuple):
     steady: int = 0
 
 
-class EdgeSources:
-    """
-    Switches from one source of an edge to another; sources that sent earlier are preferred.
-
-    :ivar samples: of each source; the tree keeps them.
-    """
+class EdgeSources(SourceSamples):
+    """Switches from one source of an edge to another, while samples arrive."""
 
     def __init__(self, parent: str, child: str, cache_time: int) -> None:
-        self.samples = SourceSamples(parent, child)
-        self.parent, self.child, self.cache_time = parent, child, cache_time
+        super().__init__(parent, child)
+        self.cache_time = cache_time
         self.rule: Rule | None = None
-        self._begin_anew()
+        self.clear()
 
-    @property
-    def histories(self) -> dict[str, Samples]:
-        """Return the samples of each source, by name."""
-        return self.samples.histories
-
-    @property
-    def active(self) -> str:
-        """Return the source that lookups use, or will use."""
-        return self.samples.active
-
-    def _begin_anew(self) -> None:
+    def clear(self) -> None:
         """Remove all samples; the next source that sends becomes the active one."""
-        self.samples.clear()
+        super().clear()
         self._strangers: set[str] = set()
         # Since when each source has been sending without a gap.
         self._steady_since: dict[str, int] = {}
@@ -97,14 +83,14 @@ class EdgeSources:
                 f'has {sample.parent!r}. All sources of one edge must have the same parent')
         edge = tree.histories.get(self.child)
         if edge is None or edge.newest_stamp is None:
-            self._begin_anew()
+            self.clear()
         history = self.histories.get(name)
         if history is None:
             history = self.histories[name] = Samples(self.child, self.cache_time, name)
         if not history.insert(sample.stamp, sample.parent, sample.pose):
             return [], [too_old(history, sample.parent, sample.stamp, name, self.cache_time)]
         if not self.active:
-            self.samples.active = self.samples.answering = name
+            self.active = self.answering = name
         incidents = self._strange(edge, sample.stamp) + self._judged(tree, sample.stamp)
         if self._awaited is not None:
             return self.begin(tree, self._awaited)[1], incidents
@@ -162,8 +148,8 @@ class EdgeSources:
         return stamp
 
     def _choose(self, name: str) -> None:
-        self.samples.active = name
-        self.samples.made_way.pop(name, None)
+        self.active = name
+        self.made_way.pop(name, None)
 
     def begin(self, tree: Tree, limits: BlendLimits) -> tuple[Transition | None, list[Sample]]:
         """Begin the transition to the active source, if it has reached the edge."""
@@ -174,7 +160,7 @@ class EdgeSources:
             self._awaited = limits
             return None, []
         self._awaited, self._since = None, stamp
-        self.samples.answering = self.active
+        self.answering = self.active
         tree.replace(edge)
         stage = edge.change_source(history.sample(stamp), limits)
         return transition(tree, stage), self._after(history, stamp)
@@ -268,7 +254,7 @@ class EdgeSources:
         assert self.rule is not None
         before, self._awaited = self.active, self.rule.limits
         self._choose(name)
-        incident = self.samples.made_way[before] = Incident(
+        incident = self.made_way[before] = Incident(
             kind, self.parent, self.child, stamp, before,
             f'the source {before!r} {why}; the edge switches to {name!r}')
         return incident

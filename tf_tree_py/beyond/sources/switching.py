@@ -12,9 +12,7 @@ import math
 import operator
 from typing import Any
 
-from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
-from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.poses import checked_pose, PoseLike
 from tf_tree_py.core.messages.incidents import Incident
@@ -24,105 +22,12 @@ from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.tree import Tree
 
 from .edge_sources import EdgeSources, Rule
-from .source_samples import EdgeSource, smoothed, Sources, SourceSamples
+from .source_samples import EdgeSource, smoothed, Sources
 from ..corrections.absorbing import checked_limits, CorrectionQueries, DEFAULT_OVER, Transition
 from ..corrections.blend import BlendLimits
 
 DEFAULT_WINDOW = from_seconds(1.0)
 DEFAULT_STEADY = from_seconds(2.0)
-
-
-class Switching:
-    """
-    The sources of a buffer's edges; most edges have none.
-
-    Its methods are thread-safe, and are called without the buffer's lock; ``BufferCore``
-    documents them.
-    """
-
-    def __init__(self, tree: Tree, waiting: Waiting, intake: Intake) -> None:
-        """
-        Start without sources.
-
-        :param tree: the tree that contains the edges.
-        :param intake: inserts the samples of the active source into the tree.
-        """
-        self._tree = tree
-        self._waiting = waiting
-        self._lock = waiting.lock
-        self._intake = intake
-        self._sources: dict[str, EdgeSources] = {}
-
-    def take(self, source: str, sample: Sample) -> list[Incident]:
-        """Insert a sample of a source; return refusals, and a source that was replaced."""
-        return self._intake.take([sample], source, insert=self._insert, announced=True)
-
-    def _insert(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
-        incidents: list[Incident] = []
-        for sample in samples:
-            sound = checked(sample, source)
-            if isinstance(sound, Incident):
-                self._intake.count(0, [sound])
-                return [sound]
-            sources = self._made(sound.parent, sound.child)
-            chosen, reported = sources.take(self._tree, source, sound)
-            self._intake.count(0, reported)
-            self._intake.announce(chosen, sources.active)
-            incidents += reported + self._intake.insert_each(chosen, sources.active, False)
-        return incidents
-
-    def _made(self, parent: str, child: str) -> EdgeSources:
-        """Return the sources of an edge; a new object if it has none or was removed."""
-        sources = self._known(child)
-        if sources is None:
-            sources = self._sources[child] = EdgeSources(parent, child, self._tree.cache_time)
-            self._samples[child] = sources.samples
-        return sources
-
-    @property
-    def _samples(self) -> dict[str, SourceSamples]:
-        return self._tree.companion_or_new(Sources).by_child
-
-    def _known(self, child: str) -> EdgeSources | None:
-        sources = self._sources.get(child)
-        if sources is not None and self._samples.get(child) is not sources.samples:
-            del self._sources[child]  # the frame was removed
-            return None
-        return sources
-
-    def switch(self, child: str, to: str, limits: BlendLimits) -> Transition | None:
-        """Switch an edge to another of its sources; return None if the switch is pending."""
-        child = checked_frame(child)
-        changes: list[Transition | None] = []
-
-        def insert() -> None:
-            change, samples = self._sources_of(child).switch(self._tree, to, limits)
-            changes.append(change)
-            self._intake.insert_each(samples, to, False)
-
-        self._waiting.change(self._tree, lambda: [child], insert)
-        return changes[0]
-
-    def switch_by_rule(self, child: str, rule: Rule) -> None:
-        """
-        Replace the active source of an edge by a rule.
-
-        :raises InvalidArgumentException: the edge has no sources, or the buffer keeps too
-            little history to compare motions.
-        """
-        if rule.gate and rule.window >= self._tree.cache_time:
-            raise InvalidArgumentException(
-                f'Motions cannot be compared over a window of {format_span(rule.window)}, because '
-                f'the buffer keeps {format_span(self._tree.cache_time)}: set a longer cache_time')
-        with self._lock:
-            self._sources_of(checked_frame(child)).rule = rule
-
-    def _sources_of(self, child: str) -> EdgeSources:
-        sources = self._known(child)
-        if sources is None:
-            raise InvalidArgumentException(
-                f'The edge of {child!r} has no sources: call insert_from first')
-        return sources
 
 
 def checked_source(source: Any) -> str:
@@ -179,15 +84,6 @@ def _gate(given: Any) -> tuple[float, float] | None:
 class SourceBuffer(PlainBuffer):
     """A buffer whose edges may have several sources."""
 
-    _known_switching: Switching | None = None
-
-    def _switching(self) -> Switching:
-        """Return the sources of the edges; created when the first sample of a source arrives."""
-        with self._lock:
-            if self._known_switching is None:
-                self._known_switching = Switching(self._tree, self.waiting, self.intake)
-            return self._known_switching
-
     def insert_from(self, source: str, parent: str, child: str, stamp: Stamp,
                     pose: PoseLike) -> list[Incident]:
         """
@@ -205,7 +101,22 @@ class SourceBuffer(PlainBuffer):
         """
         source = checked_source(source)
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self._switching().take(source, sample)
+        return self.intake.take(
+            [sample], source, insert=self._insert_of_source, announced=True)
+
+    def _insert_of_source(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
+        incidents: list[Incident] = []
+        for sample in samples:
+            sound = checked(sample, source)
+            if isinstance(sound, Incident):
+                self.intake.count(0, [sound])
+                return [sound]
+            sources = _made(self._tree, sound.parent, sound.child)
+            chosen, reported = sources.take(self._tree, source, sound)
+            self.intake.count(0, reported)
+            self.intake.announce(chosen, sources.active)
+            incidents += reported + self.intake.insert_each(chosen, sources.active, False)
+        return incidents
 
     def switch(self, child: str, to: str, over: int = DEFAULT_OVER, *,
                max_speed: float = math.inf, max_turn_rate: float = math.inf,
@@ -224,8 +135,17 @@ class SourceBuffer(PlainBuffer):
 
         The other parameters are those of ``correct``.
         """
-        return self._switching().switch(
-            child, to, checked_limits(over, max_speed, max_turn_rate, reach))
+        limits = checked_limits(over, max_speed, max_turn_rate, reach)
+        child = checked_frame(child)
+        changes: list[Transition | None] = []
+
+        def insert() -> None:
+            change, samples = _sources_of(self._tree, child).switch(self._tree, to, limits)
+            changes.append(change)
+            self.intake.insert_each(samples, to, False)
+
+        self.waiting.change(self._tree, lambda: [child], insert)
+        return changes[0]
 
     def switch_by_rule(self, child: str, *, max_age: int, gate: tuple[float, float] | None = None,
                        window: int = DEFAULT_WINDOW, over: int = DEFAULT_OVER,
@@ -250,7 +170,8 @@ class SourceBuffer(PlainBuffer):
             steady again. Sources that are not listed come last.
         :param steady: how long a better source must have sent without a pause of max_age before
             the edge returns to it, nanoseconds; with a gate it must also agree.
-        :raises InvalidArgumentException: an edge without sources, or an invalid limit.
+        :raises InvalidArgumentException: an edge without sources, an invalid limit, or a buffer
+            that keeps too little history to compare motions.
 
         One stamp in the far future makes all other sources silent: set ``max_future`` to
         refuse such stamps.
@@ -258,8 +179,36 @@ class SourceBuffer(PlainBuffer):
         The other parameters are those of ``correct``.
         """
         limits = checked_limits(over, max_speed, max_turn_rate, reach)
-        self._switching().switch_by_rule(child, checked_rule(
-            max_age, gate, window, limits, prefer, steady))
+        rule = checked_rule(max_age, gate, window, limits, prefer, steady)
+        if rule.gate and rule.window >= self._tree.cache_time:
+            raise InvalidArgumentException(
+                f'Motions cannot be compared over a window of {format_span(rule.window)}, because '
+                f'the buffer keeps {format_span(self._tree.cache_time)}: set a longer cache_time')
+        with self._lock:
+            _sources_of(self._tree, checked_frame(child)).rule = rule
+
+
+def _made(tree: Tree, parent: str, child: str) -> EdgeSources:
+    """Return the sources of an edge; new ones if it has none."""
+    sources = _known(tree, child)
+    if sources is None:
+        sources = EdgeSources(parent, child, tree.cache_time)
+        tree.companion_or_new(Sources).by_child[child] = sources
+    return sources
+
+
+def _known(tree: Tree, child: str) -> EdgeSources | None:
+    sources = tree.companion(Sources)
+    known = None if sources is None else sources.by_child.get(child)
+    return known if isinstance(known, EdgeSources) else None
+
+
+def _sources_of(tree: Tree, child: str) -> EdgeSources:
+    sources = _known(tree, child)
+    if sources is None:
+        raise InvalidArgumentException(
+            f'The edge of {child!r} has no sources: call insert_from first')
+    return sources
 
 
 # --- queries
