@@ -10,7 +10,7 @@ It takes no samples. A newer curve from elsewhere replaces this one.
 from array import array
 from collections.abc import Iterator
 from functools import partial
-from typing import Protocol, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 from tf_tree_py.core.edges.packed import Columns
@@ -30,26 +30,13 @@ from tf_tree_py.core.times import Stamps
 from tf_tree_py.files.edges import in_files
 from tf_tree_py.files.facts import Arrays, Facts, Saved
 
-from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve
+from .curve import as_edge_curve, ConstantTwist, EdgeCurve
 from .spline import Spline
 
 
-class SavedCurve(Curve, Protocol):
-    """A curve that files support; its class is listed in ``SAVED_CURVES``."""
-
-    def save(self, arrays: Arrays) -> Facts:
-        """Return facts for ``load``, of types that JSON supports, and add its arrays."""
-
-    @classmethod
-    def load(cls, saved: Saved) -> Curve:
-        """
-        Return the saved curve.
-
-        :raises ValueError: the data is not valid for such a curve.
-        """
-
-
-SAVED_CURVES: dict[str, type[SavedCurve]] = {'spline': Spline, 'constant twist': ConstantTwist}
+SAVED_CURVES: dict[str, type[Spline | ConstantTwist]] = {
+    'spline': Spline, 'constant twist': ConstantTwist}
+"""The curves that files support: their ``load`` raises a ValueError for invalid data."""
 
 
 @in_files('curve')

@@ -42,55 +42,6 @@ from .spline_segment import (
 )
 
 
-class SplinePieces:
-    """
-    A cumulative cubic B-spline as numbers; see ``Spline``, which has the same attributes.
-
-    :ivar steps: (n - 1, 6) the tangents from each knot to the next.
-    """
-
-    __slots__ = ('oldest', 'latest', 'begin', 'knot_period', 'knots', 'steps', 'group')
-
-    oldest: int
-    latest: int
-    begin: int
-    knot_period: int
-    knots: Array
-    steps: Array
-    group: Group
-
-    def __len__(self) -> int:
-        return len(self.knots)
-
-    __bool__ = no_truth
-
-    @property
-    def pieces(self) -> int:
-        """Return the number of pieces."""
-        return len(self.knots) - ORDER + 1
-
-    def cuts(self, pieces: range, parts: int) -> Stamps:
-        """Return the stamps that cut pieces into equal parts, from end to end."""
-        begins = self.begin + self.knot_period * np.arange(pieces.start, pieces.stop + 1)
-        cuts = [self.knot_period * part // parts for part in range(parts)]
-        return np.unique(np.clip((begins[:, None] + cuts).ravel(), self.oldest, self.latest))
-
-    def samples(self, stamps: Stamps, since: Array | None = None) -> Array:
-        """
-        Return the poses (7, ...) at stamps within the spline, or at times after them.
-
-        :param since: (...) the times after the stamps, nanoseconds.
-        """
-        return poses_on(self.group, *self.pieces_at(stamps, since))
-
-    def pieces_at(self, stamps: Stamps, since: Array | None = None) -> tuple[Array, Array, Array]:
-        """Return the first knot of each stamp's piece, its steps, and the place on it (u)."""
-        numbers, u = places(stamps, self.begin, self.knot_period, self.pieces)
-        if since is not None:
-            numbers, u = np.broadcast_arrays(numbers, u + since / self.knot_period)
-        return *on_pieces(self.knots, self.steps, numbers), u
-
-
 # --- at many stamps
 
 # The pieces of a spline are cut into parts that rotate by at most this angle, radians. So there
@@ -109,7 +60,7 @@ class SplineTrack:
     Its knots cut each piece into parts that are short enough for polynomials; see ``motion``.
     """
 
-    def __init__(self, spline: SplinePieces, first: int, last: int) -> None:
+    def __init__(self, spline: 'Spline', first: int, last: int) -> None:
         self._spline = spline
         period = spline.knot_period
         # Without stamps, first and last may be anywhere.
@@ -187,7 +138,7 @@ _POSES_A_PIECE = 10
 _GROUPS = {group.name: group for group in (SPLIT, SE3)}
 
 
-class Spline(SplinePieces):
+class Spline:
     """
     An immutable cumulative cubic B-spline. ``fit`` makes one from poses.
 
@@ -208,7 +159,7 @@ class Spline(SplinePieces):
     :ivar steps: (n - 1, 6) the tangents from each knot to the next; computed unless given.
     """
 
-    __slots__ = ()
+    __slots__ = ('oldest', 'latest', 'begin', 'knot_period', 'knots', 'steps', 'group')
 
     def __init__(self, begin: int, knot_period: int, knots: Array, latest: int,
                  group: Group = SPLIT, steps: Array | None = None) -> None:
@@ -219,6 +170,11 @@ class Spline(SplinePieces):
         self.steps = steps_between(group, knots) if steps is None else steps
         self.knots.flags.writeable = self.steps.flags.writeable = False
         self.group = group
+
+    def __len__(self) -> int:
+        return len(self.knots)
+
+    __bool__ = no_truth
 
     @classmethod
     def fit(cls, stamps: StampsLike, poses: PosesLike, knot_rate_hz: float, *,
@@ -380,6 +336,32 @@ class Spline(SplinePieces):
     def shown_at(self) -> Stamps:
         """Return stamps between which programs may interpolate: ten on each piece."""
         return self.cuts(range(self.pieces), _POSES_A_PIECE)
+
+    @property
+    def pieces(self) -> int:
+        """Return the number of pieces."""
+        return len(self.knots) - ORDER + 1
+
+    def cuts(self, pieces: range, parts: int) -> Stamps:
+        """Return the stamps that cut pieces into equal parts, from end to end."""
+        begins = self.begin + self.knot_period * np.arange(pieces.start, pieces.stop + 1)
+        cuts = [self.knot_period * part // parts for part in range(parts)]
+        return np.unique(np.clip((begins[:, None] + cuts).ravel(), self.oldest, self.latest))
+
+    def samples(self, stamps: Stamps, since: Array | None = None) -> Array:
+        """
+        Return the poses (7, ...) at stamps within the spline, or at times after them.
+
+        :param since: (...) the times after the stamps, nanoseconds.
+        """
+        return poses_on(self.group, *self.pieces_at(stamps, since))
+
+    def pieces_at(self, stamps: Stamps, since: Array | None = None) -> tuple[Array, Array, Array]:
+        """Return the first knot of each stamp's piece, its steps, and the place on it (u)."""
+        numbers, u = places(stamps, self.begin, self.knot_period, self.pieces)
+        if since is not None:
+            numbers, u = np.broadcast_arrays(numbers, u + since / self.knot_period)
+        return *on_pieces(self.knots, self.steps, numbers), u
 
     def _all_inside(self, stamps: StampsLike) -> Stamps:
         times = checked_stamps(stamps)
