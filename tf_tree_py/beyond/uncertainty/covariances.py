@@ -160,14 +160,11 @@ def carried(a_R_b: Array, lever: Array, covariance: Array) -> Array:
 
     It is M C M^T with M = [[R, -[l]x R], [0, R]]: the body rotates about the place of the error.
 
-    :param a_R_b: (..., 3, 3), from the axes of the covariance to those of the result.
-    :param lever: (..., 3) from the place of the error to the point, in the axes of a.
+    :param a_R_b: (3, 3), from the axes of the covariance to those of the result.
+    :param lever: (3,) from the place of the error to the point, in the axes of a.
+    :param covariance: (6, 6)
     """
-    crossed = -(lever @ SKEW).reshape(*lever.shape, 3) @ a_R_b
-    matrix = np.zeros((*crossed.shape[:-2], 6, 6))
-    matrix[..., :3, :3] = matrix[..., 3:, 3:] = a_R_b
-    matrix[..., :3, 3:] = crossed
-    return matrix @ covariance @ np.swapaxes(matrix, -1, -2)
+    return carried_by(a_R_b[None], -lever[None], None, covariance[None])[0]
 
 
 def carried_by(a_R_b: Array, lever: Array, turns: Array | None, covariances: Array) -> Array:
@@ -191,8 +188,13 @@ def carried_by(a_R_b: Array, lever: Array, turns: Array | None, covariances: Arr
 
 
 def turned_by(turns: Array | None, covariances: Array) -> Array:
-    """Return covariances (..., 6, 6) with rotations multiplied by (..., 3, 3), unless None."""
-    return covariances if turns is None else _turned(turns, covariances)
+    """Return covariances (n, 6, 6) with rotations multiplied by (n, 3, 3), unless None."""
+    if turns is None:
+        return covariances
+    whole = np.zeros(covariances.shape)
+    whole[:, :3, :3] = np.eye(3)
+    whole[:, 3:, 3:] = turns
+    return whole @ covariances @ np.swapaxes(whole, -1, -2)
 
 
 def composed(a_T_b: PoseTuple, of_a_T_b: Array, b_T_c: PoseTuple, of_b_T_c: Array) -> Array:
@@ -298,11 +300,3 @@ def _turn_matrices(turn: Rows, first: tuple[Any, Any], last: tuple[Any, Any]) ->
             1.0 - e * (yy + zz), exy - dz, exz + dy,
             exy + dz, 1.0 - e * (xx + zz), eyz - dx,
             exz - dy, eyz + dx, 1.0 - e * (xx + yy))
-
-
-def _turned(matrix: Array, covariance: Array) -> Array:
-    """Return a covariance whose rotation is multiplied by (..., 3, 3) from the left."""
-    whole = np.zeros(covariance.shape)
-    whole[..., :3, :3] = np.eye(3)
-    whole[..., 3:, 3:] = matrix
-    return whole @ covariance @ np.swapaxes(whole, -1, -2)
