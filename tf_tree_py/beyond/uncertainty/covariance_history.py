@@ -10,9 +10,9 @@ messages. ``covariances`` defines the convention.
 
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import struct
-from typing import Any, cast, NamedTuple, Protocol, TypeGuard
+from typing import Any, cast, NamedTuple
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves
@@ -60,40 +60,32 @@ class Around(NamedTuple):
     back: Array | None
 
 
-class Measuring(Protocol):
-    """An interpolation that measures the rotation between two poses, such as by a gyroscope."""
+Closing = Callable[[History, int, int, Stamps], tuple[Array, Array] | None]
+"""
+Returns the arguments of ``covariances.between_rows`` for a stretch between two poses.
 
-    def closing(self, history: History, begin: int, end: int,
-                stamps: Stamps) -> tuple[Array, Array] | None:
-        """
-        Return the arguments of ``covariances.between_rows`` for a stretch between two poses.
-
-        :return: the remaining error at the next pose, in the parent's axes, (3,), and the measured
-            rotations back from there, (N, 3, 3); None if not the whole stretch was measured.
-        """
+It takes the history, both stamps, and the stamps (N,) of a lookup. The arguments are the remaining
+error at the next pose, in the parent's axes, (3,), and the measured rotations back from there,
+(N, 3, 3); None if not the whole stretch was measured.
+"""
 
 
-def measuring(history: History) -> Measuring | None:
-    """Return what measures the rotation between the poses of a history; None if nothing does."""
-    interpolation: Measuring | None = getattr(history, 'interpolation', None)
-    return interpolation if hasattr(interpolation, 'closing') else None
+def closing_of(history: History) -> Closing | None:
+    """Return what a gyroscope measured between the poses of a history; None if it has none."""
+    closing: Closing | None = getattr(getattr(history, 'interpolation', None), 'closing', None)
+    return closing
 
 
-class PendingHistory(History, Protocol):
-    """A history whose poses have a known error, such as a correction that has just begun."""
+def pending(history: History, stamps: Stamps, poses: Array) -> Array | None:
+    """
+    Return the known errors of poses, such as those of a correction that has just begun.
 
-    def pending(self, stamps: Stamps, poses: Array) -> Array | None:
-        """
-        Return the errors at stamps (N,), (N, 6) in the convention of ``covariances``.
-
-        :param poses: (N, 7), or (1, 7) for all stamps.
-        :return: None if there are none.
-        """
-
-
-def has_pending(history: History) -> TypeGuard[PendingHistory]:
-    """Return whether the poses of a history may have a known error."""
-    return hasattr(history, 'pending')
+    :param poses: (N, 7), or (1, 7) for all stamps (N,).
+    :return: (N, 6) in the convention of ``covariances``; None if there are none.
+    """
+    known = getattr(history, 'pending', None)
+    errors: Array | None = None if known is None else known(stamps, poses)
+    return errors
 
 
 def interpolated(each: Sequence[Around], independent: bool) -> Rows:
@@ -185,7 +177,7 @@ class Uncertainty:
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         if not 0 < after < len(stamps):
             return one_term(self._rows(max(after - 1, 0)))
-        if measuring(history) is not None:
+        if closing_of(history) is not None:
             rows = interpolated([self.around(np.array([stamp]), history)], independent)
             return one_term(np.array(rows).tobytes())
         begin, end = stamps[after - 1], stamps[after]
@@ -248,14 +240,14 @@ class Uncertainty:
 def _turns(history: History, begins: Stamps, ends: Stamps,
            stamps: Stamps) -> tuple[Array, Array | None]:
     """Return the fields ``turn`` and ``back`` of ``Around``."""
-    measures = measuring(history)
-    if measures is None:
+    closing = closing_of(history)
+    if closing is None:
         return _turns_at_constant_rates(history, begins, ends), None
     turns, back = np.zeros((len(stamps), 3)), np.tile(np.eye(3), (len(stamps), 1, 1))
     for begin in np.unique(begins):
         here = begins == begin
         turns[here], back[here] = _turn_by_gyroscope(
-            measures, history, int(begin), int(ends[here][0]), stamps[here])
+            closing, history, int(begin), int(ends[here][0]), stamps[here])
     return turns, back
 
 
@@ -303,12 +295,12 @@ def _turn(history: History, first: int, last: int) -> so3.Quaternion:
     return so3.multiply((bx, by, bz, bw), (-ax, -ay, -az, aw))
 
 
-def _turn_by_gyroscope(measures: Measuring, history: History, first: int, last: int,
+def _turn_by_gyroscope(closing: Closing, history: History, first: int, last: int,
                        stamps: Stamps) -> tuple[Array, Array]:
     """Return a gyroscope's remaining error, (3,), and its rotations back, (N, 3, 3)."""
     known = first < last and history.neighbours(first, last) is not None
-    closing = measures.closing(history, first, last, stamps) if known else None
-    return closing or (np.array(so3.log(_turn(history, first, last))), np.eye(3))
+    measured = closing(history, first, last, stamps) if known else None
+    return measured or (np.array(so3.log(_turn(history, first, last))), np.eye(3))
 
 
 # --- the edges of a tree

@@ -32,11 +32,10 @@ from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.facts import Bytes
 
 from .covariance_history import (
-    Around,
     covariances_by_edge,
-    has_pending,
     interpolated,
     known_covariances,
+    pending,
     Uncertainty,
 )
 from .covariances import (
@@ -235,9 +234,7 @@ def terms_of(known: Uncertainty | None, history: History, stamp: int, pose: Pose
 
 def pending_error(history: History, stamp: int, pose: PoseTuple) -> Array | None:
     """Return the pending correction, d (6,); None if there is none."""
-    if not has_pending(history):
-        return None
-    error = history.pending(np.array([stamp]), np.array([pose]))
+    error = pending(history, np.array([stamp]), np.array([pose]))
     return None if error is None or not error.any() else error[0]
 
 
@@ -286,47 +283,6 @@ def shares(errors: EdgeErrors, pose: PoseTuple) -> list[Share]:
     return sorted(each, key=attrgetter('position', 'rotation'), reverse=True)
 
 
-def around_of(tree: Tree, steps: Sequence[Step], stamps: Stamps) -> list[Around | None]:
-    """Return each edge's own covariances around stamps; None for edges without."""
-    return [known.around(stamps, history)
-            if (known := known_covariances(tree, parent, history.child)) is not None else None
-            for parent, history, _ in steps]
-
-
-def covariances_of(around: Sequence[Around | None], independent: bool) -> list[Array | None]:
-    """Return the interpolated covariances (21, N) of edges; None for edges without."""
-    covariances: list[Array | None] = [None] * len(around)
-    found = [(number, one) for number, one in enumerate(around) if one is not None]
-    if found:
-        each = np.stack(interpolated([one for _, one in found], independent), axis=1)
-        for (number, _), covariance in zip(found, each, strict=True):
-            covariances[number] = covariance
-    return covariances
-
-
-def pending_of(steps: Sequence[Step], stamps: Stamps,
-               poses: Sequence[Array]) -> list[Array | None]:
-    """
-    Return the pending correction of each edge, (N, 6) errors; None for other edges.
-
-    :param poses: of each edge, (N, 7), or (1, 7) of static edges.
-    """
-    return [step.history.pending(stamps, pose)
-            if has_pending(step.history) and len(stamps) else None
-            for step, pose in zip(steps, poses, strict=True)]
-
-
-def inflated(covariances: Sequence[Array | None],
-             pending: Sequence[Array | None]) -> list[Array | None]:
-    """Return covariances (21, N) plus d d^T of the pending corrections d."""
-    inflated = list(covariances)
-    for number, (covariance, error) in enumerate(zip(covariances, pending, strict=True)):
-        if error is not None:
-            known = pack(error[:, :, None] * error[:, None, :]).T
-            inflated[number] = known if covariance is None else covariance + known
-    return inflated
-
-
 # --- many stamps
 
 def covariances_at(tree: Tree, target: str, source: str, stamps: Stamps, poses: Array,
@@ -353,9 +309,33 @@ def _total_at(tree: Tree, steps: Sequence[Step], stamps: Stamps, points: Array,
               independent: bool) -> Array:
     ends = int(stamps.min()), int(stamps.max())
     poses = [step.history.track(*ends).at(stamps).T for step in steps]
-    covariances = inflated(covariances_of(around_of(tree, steps, stamps), independent),
-                           pending_of(steps, stamps, poses))
+    covariances = _covariances_of(tree, steps, stamps, poses, independent)
     return total(placed(steps, poses, covariances), points)
+
+
+def _covariances_of(tree: Tree, steps: Sequence[Step], stamps: Stamps, poses: Sequence[Array],
+                    independent: bool) -> list[Array | None]:
+    """
+    Return the covariances (21, N) of edges at stamps; None for those that are certain.
+
+    The pending corrections d of an edge add d d^T.
+
+    :param poses: of each edge, (N, 7), or (1, 7) of static edges.
+    """
+    around = {number: known.around(stamps, history)
+              for number, (parent, history, _) in enumerate(steps)
+              if (known := known_covariances(tree, parent, history.child)) is not None}
+    found: list[Array | None] = [None] * len(steps)
+    if around:
+        each = np.stack(interpolated([*around.values()], independent), axis=1)
+        for number, covariance in zip(around, each, strict=True):
+            found[number] = covariance
+    for number, (step, pose) in enumerate(zip(steps, poses, strict=True)):
+        error = pending(step.history, stamps, pose)
+        if error is not None:
+            known, more = found[number], pack(error[:, :, None] * error[:, None, :]).T
+            found[number] = more if known is None else known + more
+    return found
 
 
 def _stacked(covariances: Sequence[Array]) -> Array:
