@@ -75,46 +75,11 @@ class Transitions(Companion):
         return cls(saved.whole(cls.key))
 
 
-def absorb(tree: Tree, child: str, motion: PoseTuple, seen_at: int | None,
-           about: Vector3, limits: BlendLimits) -> Transition:
-    """Start the transition of an edge to a correction; see ``BufferCore.correct``."""
-    history = corrected(tree.histories.get(child), child)
-    if seen_at is not None and history.newest_stamp is not None:
-        _check_seen(seen_at, history.newest_stamp)
-    tree.replace(history)
-    before = history.stage()
-    stage = history.absorb(motion, seen_at, about, limits)
-    return transition(tree, stage, is_new=stage is not before)
-
-
-def _check_seen(seen_at: int, newest: int) -> None:
-    if seen_at > newest:
-        raise InvalidArgumentException(
-            f'Invalid argument stamp {seen_at}: the correction cannot have been seen after the '
-            f"edge's newest sample, {newest}")
-
-
 def transition(tree: Tree, stage: Stage, *, is_new: bool = True) -> Transition:
     """Return the transition of a stage; count it if it is new."""
     transitions = tree.companion_or_new(Transitions)
     transitions.count += is_new
     return Transition(transitions.count, stage.begin, stage.end, Pose._make(stage.motion))
-
-
-def smoothed(tree: Tree) -> Tree:
-    """Return a copy of a tree with all corrections applied to the past, too."""
-    twin = tree.copy()
-    for history in list(twin.histories.values()):
-        if isinstance(history, CorrectedSamples):
-            twin.replace(history.smoothed())
-    return twin
-
-
-def correction_of(tree: Tree, child: str) -> Pose:
-    """Return the newest correction of an edge, even in its transition; the identity if none."""
-    history = tree.histories.get(child)
-    stage = history.stage() if isinstance(history, CorrectedSamples) else None
-    return Pose._make(se3.IDENTITY if stage is None else stage.motion)
 
 
 # --- callers' arguments
@@ -212,9 +177,22 @@ class CorrectedBuffer(PlainBuffer):
         limits = checked_limits(over, max_speed, max_turn_rate, reach)
         motion = checked_motion(correction)
         seen_at = None if stamp is None else self._stamp_of(stamp)
-        place = checked_point(about)
+        place, child = checked_point(about), checked_frame(child)
         with self._lock:
-            return absorb(self._tree, checked_frame(child), motion, seen_at, place, limits)
+            history = corrected(self._tree.histories.get(child), child)
+            if seen_at is not None and history.newest_stamp is not None:
+                _check_seen(seen_at, history.newest_stamp)
+            self._tree.replace(history)
+            before = history.stage()
+            stage = history.absorb(motion, seen_at, place, limits)
+            return transition(self._tree, stage, is_new=stage is not before)
+
+
+def _check_seen(seen_at: int, newest: int) -> None:
+    if seen_at > newest:
+        raise InvalidArgumentException(
+            f'Invalid argument stamp {seen_at}: the correction cannot have been seen after the '
+            f"edge's newest sample, {newest}")
 
 
 # --- queries
@@ -236,8 +214,14 @@ class CorrectionQueries(Queries):
         Without corrections it is the identity.
         """
         with self._lock:
-            return correction_of(self._tree, child)
+            history = self._tree.histories.get(child)
+            stage = history.stage() if isinstance(history, CorrectedSamples) else None
+            return Pose._make(se3.IDENTITY if stage is None else stage.motion)
 
     def _smoothed(self) -> Tree:
         """Return a copy of the tree with all corrections applied to the past, too."""
-        return smoothed(self._tree)
+        twin = self._tree.copy()
+        for history in list(twin.histories.values()):
+            if isinstance(history, CorrectedSamples):
+                twin.replace(history.smoothed())
+        return twin

@@ -33,7 +33,6 @@ from tf_tree_py.files.facts import Arrays, Facts, Saved
 from .curve import as_edge_curve, ConstantTwist, EdgeCurve
 from .spline import Spline
 
-
 SAVED_CURVES: dict[str, type[Spline | ConstantTwist]] = {
     'spline': Spline, 'constant twist': ConstantTwist}
 """The curves that files support: their ``load`` raises a ValueError for invalid data."""

@@ -14,8 +14,7 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.sample import checked, checked_frame, Sample
-from tf_tree_py.core.times import Stamps, StampsLike
-from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.core.times import StampsLike
 
 from .aided import aided
 from .curve import as_edge_curve, Curve, EdgeCurve
@@ -85,13 +84,16 @@ class CurveBuffer(PlainBuffer):
         rates = checked_rates(angular_velocities, len(times))
         order = np.argsort(times, kind='stable')
         with self._lock:
-            return aid(self._tree, child, times[order], rates[order], max_gap, saturation)
+            history, gyroscope = aided(self._tree.histories.get(child), child,
+                                       self._tree.cache_time)
+            self._tree.replace(history)
+            return gyroscope.take_rates(times[order], rates[order], max_gap, saturation)
 
 
 def take_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
                authority: str) -> list[Incident]:
     """
-    Replace an edge's samples with a curve, and notify observers of its newest pose.
+    Replace an edge by a curve, whatever its kind, and notify observers of its newest pose.
 
     The stamp of that pose is compared with the clock. For a curve that reaches into the
     future, it is the stamp of its oldest pose.
@@ -102,40 +104,18 @@ def take_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
     def insert(good: list[Sample], authority: str, static: bool) -> list[Incident]:
         if not good:
             return []  # its stamp was refused
-        sound = checked(newest, authority)
-        incidents = [sound] if isinstance(sound, Incident) else insert_curve(
-            intake.tree, parent, child, curve, authority)
+        sound, history = checked(newest, authority), intake.tree.histories.get(child)
+        incidents: list[Incident] = []
+        if isinstance(sound, Incident):
+            incidents = [sound]
+        elif not (on_curve(history) and history.parent == parent
+                  and history.replace(curve, authority)):
+            incidents = intake.tree.insert_history(
+                CurveHistory(child, parent, curve, authority), parent, curve.oldest, authority)
         intake.count(not (incidents and incidents[-1].refused), incidents)
         return incidents
 
     return intake.take([newest], authority, insert=insert)
-
-
-def insert_curve(tree: Tree, parent: str, child: str, curve: EdgeCurve,
-                 authority: str) -> list[Incident]:
-    """
-    Replace an edge by a curve, whatever its kind, unless that breaks a rule.
-
-    :return: refusals and remarks; nearly always empty.
-    """
-    history = tree.histories.get(child)
-    if on_curve(history) and history.parent == parent and history.replace(curve, authority):
-        return []
-    return tree.insert_history(
-        CurveHistory(child, parent, curve, authority), parent, curve.oldest, authority)
-
-
-def aid(tree: Tree, child: str, stamps: Stamps, rates: Array, max_gap: int | None,
-        saturation: float) -> int:
-    """
-    Take angular velocities (N, 3) of a child frame at sorted stamps; it need not have poses yet.
-
-    :return: how many were taken; see ``Gyro.extend``.
-    :raises InvalidArgumentException: the edge is not interpolated between its samples.
-    """
-    history, gyroscope = aided(tree.histories.get(child), child, tree.cache_time)
-    tree.replace(history)
-    return gyroscope.take_rates(stamps, rates, max_gap, saturation)
 
 
 def checked_rates(given: Any, count: int) -> Array:

@@ -41,7 +41,6 @@ from .spline_segment import (
     steps_between,
 )
 
-
 # --- at many stamps
 
 # The pieces of a spline are cut into parts that rotate by at most this angle, radians. So there

@@ -11,7 +11,6 @@ from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 from tf_tree_py.core.tree.companions import Companion
-from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.edges import load_samples, save_samples
 from tf_tree_py.files.facts import Arrays, Facts, Saved
 
@@ -158,21 +157,6 @@ class Sources(Companion):
             sources = SourceSamples.load(part)
             twin.by_child[sources.child] = sources
         return twin
-
-
-def smoothed(tree: Tree, twin: Tree) -> None:
-    """
-    Give edges that changed their source the samples of their present source.
-
-    :param tree: the tree with the samples of all sources.
-    :param twin: a copy of the tree, which is changed.
-    """
-    known = tree.companion(Sources)
-    for child, sources in known.by_child.items() if known is not None else ():
-        history = tree.histories.get(child)
-        of_source = sources.smoothed(history) if history is not None else None
-        if of_source is not None:
-            twin.replace(of_source)
 
 
 def _newest(history: Samples) -> int:

@@ -22,7 +22,7 @@ from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.tree import Tree
 
 from .edge_sources import EdgeSources, Rule
-from .source_samples import EdgeSource, smoothed, Sources
+from .source_samples import EdgeSource, Sources
 from ..corrections.absorbing import checked_limits, CorrectionQueries, DEFAULT_OVER, Transition
 from ..corrections.blend import BlendLimits
 
@@ -225,5 +225,10 @@ class SourceQueries(CorrectionQueries):
 
     def _smoothed(self) -> Tree:
         twin = super()._smoothed()
-        smoothed(self._tree, twin)
+        known = self._tree.companion(Sources)
+        for child, sources in known.by_child.items() if known is not None else ():
+            history = self._tree.histories.get(child)
+            of_source = sources.smoothed(history) if history is not None else None
+            if of_source is not None:
+                twin.replace(of_source)
         return twin

@@ -164,7 +164,7 @@ def carried(a_R_b: Array, lever: Array, covariance: Array) -> Array:
     :param lever: (3,) from the place of the error to the point, in the axes of a.
     :param covariance: (6, 6)
     """
-    return carried_by(a_R_b[None], -lever[None], None, covariance[None])[0]
+    return np.asarray(carried_by(a_R_b[None], -lever[None], None, covariance[None])[0])
 
 
 def carried_by(a_R_b: Array, lever: Array, turns: Array | None, covariances: Array) -> Array:

@@ -333,8 +333,8 @@ def _covariances_of(tree: Tree, steps: Sequence[Step], stamps: Stamps, poses: Se
     for number, (step, pose) in enumerate(zip(steps, poses, strict=True)):
         error = pending(step.history, stamps, pose)
         if error is not None:
-            known, more = found[number], pack(error[:, :, None] * error[:, None, :]).T
-            found[number] = more if known is None else known + more
+            own, more = found[number], pack(error[:, :, None] * error[:, None, :]).T
+            found[number] = more if own is None else own + more
     return found
 
 
