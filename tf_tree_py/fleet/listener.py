@@ -43,7 +43,7 @@ from .session import (
     refuse_larger,
 )
 from .subscriptions import Subscriptions
-from .transform_decoder import FleetMessage, Inbox, RobotPlace, TransformDecoder
+from .transform_decoder import Inbox, RobotPlace, TransformDecoder
 from .trust import checked_shared, names_below, RobotQuota
 
 OnRobot = Callable[[str, bool], object]
@@ -113,7 +113,7 @@ class FleetListener(Closable):
         self._quota = RobotQuota() if quota is None else quota
         self._roster = Roster(apart=not separate, quota=self._quota)
         self._presence = Presence(time.monotonic)
-        self._inbox: Inbox[FleetMessage] = Inbox(self._quota.waiting_bytes)
+        self._inbox = Inbox(self._quota.waiting_bytes)
         self._logs = FleetLogs()
         self._heard: set[str] = set()
         self._warned_of_bridge = False

@@ -66,7 +66,7 @@ class Reception:
     """Receives samples of Zenoh, from any thread."""
 
     def __init__(self, welcome: Callable[[str], Topic | None], roster: Roster,
-                 inbox: Inbox[FleetMessage], ask: Callable[[Request], object],
+                 inbox: Inbox, ask: Callable[[Request], object],
                  log: LimitedLog) -> None:
         """
         Begin with nothing.

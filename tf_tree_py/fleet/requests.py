@@ -17,7 +17,7 @@ from contextlib import suppress
 import math
 import threading
 import time
-from typing import Any, Protocol, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from .keys import old_cache_of
 from .roster import Source
@@ -42,40 +42,35 @@ Take = Callable[[str, 'zenoh.Sample'], object]
 """Receives the robot of a request, and a sample of the response."""
 
 
-class Request(Protocol):
-    """A request for messages of one robot."""
+class Request:
+    """
+    A request for all that a publisher keeps under a key, such as an older one of rmw_zenoh.
 
-    robot: str
-    tries: int
+    :ivar tries: how often in a row it was sent and not answered.
+    """
+
+    def __init__(self, robot: str, key: str, take: Take) -> None:
+        """``key`` is what Zenoh is asked for; a sample has the key that it was published under."""
+        self.robot, self.tries = robot, 0
+        self._key = key
+        self._take = take
 
     @property
     def selector(self) -> str:
         """Return what Zenoh is asked for."""
+        return self._key
 
     @property
     def ended(self) -> bool:
         """Return whether it need not be repeated."""
-
-    def take(self, sample: 'zenoh.Sample') -> object:
-        """Take a sample of the response."""
-
-
-class OldCache:
-    """A request for all that a publisher of an older release of rmw_zenoh keeps."""
-
-    ended = True
-
-    def __init__(self, robot: str, key: str, take: Take) -> None:
-        """``key`` is that of the cache."""
-        self.robot, self.selector, self.tries = robot, key, 0
-        self._take = take
+        return True
 
     def take(self, sample: 'zenoh.Sample') -> None:
-        """Take a stored sample, which has the key that it was published under."""
+        """Take a sample of the response."""
         self._take(self.robot, sample)
 
 
-class Gap:
+class Gap(Request):
     """
     A request for messages that are missing, by their numbers.
 
@@ -85,11 +80,9 @@ class Gap:
 
     def __init__(self, robot: str, key: str, source: Source, numbers: range, take: Take) -> None:
         """``key`` is that of the transforms; the numbers are those of the publisher."""
-        self.robot, self.tries = robot, 0
-        self._key = key
+        super().__init__(robot, key, take)
         self._source = source
         self._numbers = numbers
-        self._take = take
 
     @property
     def selector(self) -> str:
@@ -109,7 +102,7 @@ class Gap:
             fills = info.source_sn in self._numbers
             self._numbers = range(info.source_sn + 1, self._numbers.stop)
             if fills:
-                self._take(self.robot, sample)
+                super().take(sample)
 
 
 class Requests:
@@ -138,7 +131,7 @@ class Requests:
         """Queue a request to a publisher, by its token; tokens of other kinds are ignored."""
         key = old_cache_of(token)
         if key:
-            self.add(OldCache(robot, key, take))
+            self.add(Request(robot, key, take))
 
     def repeat(self, robot: str) -> None:
         """Queue what a robot that has returned has not answered completely."""

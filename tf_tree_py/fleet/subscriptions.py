@@ -3,7 +3,8 @@
 
 """A listener's subscriptions: tokens, moving and static transforms, and lost messages."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Final, TYPE_CHECKING
 
 from .connection import WorkerThreads
@@ -64,16 +65,15 @@ class Subscriptions:
         history = ext.HistoryConfig(detect_late_publishers=True, max_age=max_age_s)
         recovery = ext.RecoveryConfig(heartbeat=True, periodic_queries=None)
         for key in self._keys(lambda robots: patterns(robots, static, self._key_prefix)):
-            requests = _Requests(self._session, key)
-            subscriber = ext.declare_advanced_subscriber(
-                self._session, key, self._threads.channel(), history=history, recovery=recovery)
-            try:
-                self._threads.take_all(subscriber.handler, take, key)
-            except RuntimeError:  # no thread can start: the program ends
-                subscriber.undeclare()
-                raise
-            finally:
-                requests.finish()
+            with _unfinished_requests(self._session, key):
+                subscriber = ext.declare_advanced_subscriber(
+                    self._session, key, self._threads.channel(), history=history,
+                    recovery=recovery)
+                try:
+                    self._threads.take_all(subscriber.handler, take, key)
+                except RuntimeError:  # no thread can start: the program ends
+                    subscriber.undeclare()
+                    raise
             # It is rare, and takes no time, so it needs no thread.
             misses = subscriber.sample_miss_listener(direct(
                 lambda miss: on_miss(source_of(miss.source), miss.nb), indirect=False))
@@ -83,25 +83,25 @@ class Subscriptions:
         return list(dict.fromkeys(key for robots in self._robots for key in keys_of(robots)))
 
 
-class _Requests:
+@contextmanager
+def _unfinished_requests(session: 'zenoh.Session', key: str) -> Iterator[None]:
     """
-    The requests for past messages of a subscription, kept unfinished while it is declared.
+    Keep the requests for past messages of a subscription unfinished while it is declared.
 
     When the first one is finished, Zenoh puts all past messages into the channel of the
     subscription, and waits while it is full. If they have all arrived before the declaration
-    returns, it would wait in there, for a thread that cannot be started yet.
+    returns, it would wait in there, for a thread that cannot be started yet. The end drops the
+    requests; this delivers the messages, or waits until that is possible.
     """
-
-    def __init__(self, session: 'zenoh.Session', key: str) -> None:
-        """Begin to keep them. They also go to the session itself, and end when it drops them."""
-        zenoh = needs_zenoh()
-        self._queryable: Any = session.declare_queryable(
-            f'{key}/@adv/**', zenoh.handlers.FifoChannel(_MOST_REQUESTS),
-            allowed_origin=zenoh.Locality.SESSION_LOCAL)
-        self._kept = self._queryable.handler
-
-    def finish(self) -> None:
-        """Drop them; this delivers the messages, or waits until that is possible."""
-        self._queryable.undeclare()
-        for request in self._kept:
+    zenoh = needs_zenoh()
+    # They also go to the session itself, and end when it drops them.
+    queryable: Any = session.declare_queryable(
+        f'{key}/@adv/**', zenoh.handlers.FifoChannel(_MOST_REQUESTS),
+        allowed_origin=zenoh.Locality.SESSION_LOCAL)
+    kept = queryable.handler
+    try:
+        yield
+    finally:
+        queryable.undeclare()
+        for request in kept:
             request.drop()
