@@ -97,7 +97,10 @@ class Bag(Closable):
 
     def first_field(self, source: MessageSource) -> str:
         """Return the type of the first field of a source's messages; '' if it is unknown."""
-        return next(filter(None, (storage.first_field(source) for storage in self._storages)), '')
+        from .rosbags_file import first_field_of  # here, because rosbags need not be installed
+        known = [storage.definitions[source] for storage in self._storages
+                 if source in storage.definitions]
+        return next(filter(None, (first_field_of(source, one) for one in known)), '')
 
     @property
     def span(self) -> tuple[int, int]:

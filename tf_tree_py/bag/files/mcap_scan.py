@@ -16,23 +16,8 @@ import zlib
 from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
-from .rosbags_file import (
-    is_reliable,
-    is_transient_local,
-    is_volatile,
-    profiles_of,
-    UNREADABLE,
-)
-from .scanning import (
-    Bytes,
-    Cut,
-    definition,
-    lost_bytes,
-    mapped,
-    OtherProfile,
-    ros1_type,
-    share,
-)
+from .rosbags_file import profiles_of, ros2_source, UNREADABLE
+from .scanning import Bytes, Cut, definition, OtherProfile, RecordScan, ros1_type
 from .unpacking import unpacked_part
 
 _MAGIC = b'\x89MCAP0\r\n'
@@ -41,8 +26,8 @@ _HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 1, 2, 3, 4, 5
 _FOOTER_BYTES = 9 + 20 + len(_MAGIC)
 
 
-class McapScan:
-    """Reads one file; see ``Scan``."""
+class McapScan(RecordScan):
+    """Reads one file."""
 
     def __init__(self, path: Path) -> None:
         """
@@ -50,22 +35,9 @@ class McapScan:
 
         :raises ValueError: it is not an MCAP file.
         """
-        self._data = mapped(path, _MAGIC, 'MCAP')
-        self.definitions: dict[MessageSource, MessageDefinition] = {}
-        self.lost = ''
+        super().__init__(path, _MAGIC, 'MCAP')
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
         self._channels: dict[int, MessageSource] = {}
-        self._lost_bytes = self._more_bytes = self._unknown_bytes = 0
-        self._ended = False
-
-    def __iter__(self) -> Iterator[RecordedMessage]:
-        """Yield every message, in the order of the file."""
-        self._read_summary()
-        file = Bytes(self._data)
-        file.take(len(_MAGIC))
-        yield from self._records(file)
-        self._lost_bytes += self._unknown_bytes + (file.left if not self._ended else 0)
-        self.lost = lost_bytes(self._lost_bytes, len(self._data), self._ended, self._more_bytes)
 
     def check_sizes(self) -> None:
         """
@@ -73,8 +45,7 @@ class McapScan:
 
         :raises TooLarge: one of them exceeds the limit.
         """
-        file = Bytes(self._data)
-        file.take(len(_MAGIC))
+        file = self._file()
         try:
             while file:
                 kind, length = file.number('B'), file.number('Q')
@@ -94,8 +65,7 @@ class McapScan:
 
         :raises OtherProfile: it has another one, such as that of a converted ROS 1 bag, or none.
         """
-        file = Bytes(self._data)
-        file.take(len(_MAGIC))
+        file = self._file()
         try:
             kind, length = file.number('B'), file.number('Q')
             profile = Bytes(file.take(length)).text()
@@ -105,7 +75,6 @@ class McapScan:
             raise OtherProfile(f"its profile is {profile!r}, not 'ros2'")
 
     def _read_summary(self) -> None:
-        """Read the topics at the end of an intact file: their chunk may be damaged."""
         footer = Bytes(self._data[-_FOOTER_BYTES:])
         if self._data[-len(_MAGIC):] != _MAGIC or footer.number('B') != _FOOTER:
             return
@@ -119,9 +88,7 @@ class McapScan:
         except Cut:  # the magic bytes, which are not a record
             return
 
-    def _records(self, data: Bytes, *,
-                 in_chunk: bool = False) -> Iterator[RecordedMessage]:
-        """Yield the messages of records; if they end too soon, ``data`` stays at that position."""
+    def _records(self, data: Bytes, *, in_chunk: bool = False) -> Iterator[RecordedMessage]:
         while data:
             begin = data.position
             try:
@@ -161,11 +128,7 @@ class McapScan:
         except UNREADABLE:
             self._lost_bytes += chunk.position - begin
             return
-        inner, before = Bytes(memoryview(unpacked)), self._unknown_bytes
-        yield from self._records(inner, in_chunk=True)
-        unread = inner.left + self._unknown_bytes - before
-        self._unknown_bytes = before
-        self._lost_bytes += len(packed) - used + share(used, unread, len(unpacked))
+        yield from self._records_in_chunk(len(packed), used, unpacked)
 
     def _describe(self, kind: int, content: Bytes) -> None:
         if kind == _SCHEMA:
@@ -181,9 +144,8 @@ class McapScan:
                                        metadata.get('latching') in ('1', 'true'),
                                        metadata.get('callerid', ''), True)
             else:
-                profiles = profiles_of(metadata.get('offered_qos_profiles', ''))
-                source = MessageSource(topic, name, is_transient_local(profiles), '', False,
-                                       is_reliable(profiles), is_volatile(profiles))
+                source = ros2_source(
+                    topic, name, profiles_of(metadata.get('offered_qos_profiles', '')))
             self._channels[number] = source
             self.definitions[source] = fields
 

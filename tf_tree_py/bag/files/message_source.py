@@ -91,10 +91,12 @@ class Storage(Protocol):
 
     :ivar span: when its first message was received, and one nanosecond after the last.
     :ivar damage: the faults of the file, one sentence each; complete after all was read.
+    :ivar definitions: of the messages of each source, where the file has them.
     """
 
     span: tuple[int, int]
     damage: list[str]
+    definitions: 'dict[MessageSource, MessageDefinition]'
 
     @property
     def counts(self) -> Mapping[MessageSource, int]:
@@ -108,9 +110,6 @@ class Storage(Protocol):
         :param start: the time of receiving of the first, nanoseconds; None: from the beginning.
         :param stop: the end of the time of receiving, exclusive; None: to the end.
         """
-
-    def first_field(self, source: MessageSource) -> str:
-        """Return the type of the first field of a source's messages; '' if it is unknown."""
 
     def close(self) -> None:
         """Close the file."""

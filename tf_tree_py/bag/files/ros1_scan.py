@@ -13,19 +13,17 @@ from contextlib import suppress
 from pathlib import Path
 import struct
 
-from rosbags.interfaces import MessageDefinition
-
 from .message_source import MessageSource, RecordedMessage
 from .rosbags_file import UNREADABLE
-from .scanning import Bytes, Cut, definition, lost_bytes, mapped, ros1_type, share
+from .scanning import Bytes, Cut, definition, RecordScan, ros1_type
 from .unpacking import unpacked_part
 
 _MAGIC = b'#ROSBAG V2.0\n'
 _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
 
 
-class Ros1Scan:
-    """Reads one file; see ``Scan``."""
+class Ros1Scan(RecordScan):
+    """Reads one file."""
 
     def __init__(self, path: Path) -> None:
         """
@@ -33,25 +31,11 @@ class Ros1Scan:
 
         :raises ValueError: it is not a bag of ROS 1.
         """
-        self._data = mapped(path, _MAGIC, 'a bag of ROS 1')
-        self.definitions: dict[MessageSource, MessageDefinition] = {}
-        self.lost = ''
+        super().__init__(path, _MAGIC, 'a bag of ROS 1')
         self._connections: dict[int, MessageSource] = {}
-        self._lost_bytes = self._more_bytes = self._unknown_bytes = 0
 
-    def __iter__(self) -> Iterator[RecordedMessage]:
-        """Yield every message, in the order of the file."""
-        self._read_index()
-        file = Bytes(self._data)
-        file.take(len(_MAGIC))
-        yield from self._records(file)
-        self._lost_bytes += file.left + self._unknown_bytes
-        self.lost = lost_bytes(self._lost_bytes, len(self._data), more=self._more_bytes)
-
-    def _read_index(self) -> None:
-        """Read the topics at the end of an intact file: their chunk may be damaged."""
-        file = Bytes(self._data)
-        file.take(len(_MAGIC))
+    def _read_summary(self) -> None:
+        file = self._file()
         with suppress(Cut, LookupError, ValueError, struct.error):
             file.position = _number(_fields(Bytes(file.sized()))['index_pos']) or len(file.data)
             while file:
@@ -60,9 +44,7 @@ class Ros1Scan:
                     return
                 self._connect(header, _fields(Bytes(content)))
 
-    def _records(self, data: Bytes, *,
-                 in_chunk: bool = False) -> Iterator[RecordedMessage]:
-        """Yield the messages of records; if they end too soon, ``data`` stays at that position."""
+    def _records(self, data: Bytes, *, in_chunk: bool = False) -> Iterator[RecordedMessage]:
         while data:
             begin = data.position
             try:
@@ -92,11 +74,7 @@ class Ros1Scan:
         except UNREADABLE:
             self._lost_bytes += len(packed)
             return
-        inner, before = Bytes(memoryview(unpacked)), self._unknown_bytes
-        yield from self._records(inner, in_chunk=True)
-        unread = inner.left + self._unknown_bytes - before
-        self._unknown_bytes = before
-        self._lost_bytes += len(packed) - used + share(used, unread, len(unpacked))
+        yield from self._records_in_chunk(len(packed), used, unpacked)
 
     def _connect(self, header: dict[str, bytes], fields: dict[str, bytes]) -> None:
         source = MessageSource(

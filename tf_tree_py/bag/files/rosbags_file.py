@@ -146,8 +146,10 @@ class RosbagsFile:
         # A ROS 1 node that was restarted has a second connection, of the same source.
         self._source_of = {each.id: _source(each) for each in self._reader.connections}
         self.counts: Counter[MessageSource] = Counter()
+        self.definitions: dict[MessageSource, MessageDefinition] = {}
         for each in self._reader.connections:
             self.counts[self._source_of[each.id]] += each.msgcount
+            self.definitions[self._source_of[each.id]] = each.msgdef
         self.span = int(self._reader.start_time), int(self._reader.end_time)
 
     def arrivals(self, sources: Collection[MessageSource], start: int | None,
@@ -181,12 +183,6 @@ class RosbagsFile:
             self.damage.append(
                 f'{self._file.name} is damaged ({self._file.reason(error)}): {given} of '
                 f'{expected} messages could be read{_hole(received, behind)}')
-
-    def first_field(self, source: MessageSource) -> str:
-        """Return the type of the first field of a source's messages; '' if it is unknown."""
-        return next((first_field_of(source, connection.msgdef)
-                     for connection in self._reader.connections
-                     if self._source_of[connection.id] == source), '')
 
     def close(self) -> None:
         """Close the file."""
@@ -246,10 +242,8 @@ def _source(connection: Connection) -> MessageSource:
     if isinstance(extension, ConnectionExtRosbag1):
         return MessageSource(connection.topic, connection.msgtype, bool(extension.latching),
                              extension.callerid or '', True)
-    profiles = extension.offered_qos_profiles
-    return MessageSource(connection.topic, connection.msgtype, is_transient_local(profiles), '',
-                         extension.serialization_format == 'ros1', is_reliable(profiles),
-                         is_volatile(profiles))
+    return ros2_source(connection.topic, connection.msgtype, extension.offered_qos_profiles,
+                       extension.serialization_format == 'ros1')
 
 
 def profiles_of(text: str) -> list[Qos]:
@@ -260,17 +254,16 @@ def profiles_of(text: str) -> list[Qos]:
         return []
 
 
-def is_transient_local(profiles: Sequence[Qos]) -> bool:
-    """Return whether all publishers of a topic keep their messages for late joiners."""
-    return bool(profiles) and all(
-        profile.durability is QosDurability.TRANSIENT_LOCAL for profile in profiles)
+def ros2_source(topic: str, type_name: str, profiles: Sequence[Qos],
+                ros1: bool = False) -> MessageSource:
+    """
+    Return a topic of rosbag2.
 
-
-def is_reliable(profiles: Sequence[Qos]) -> bool:
-    """Return whether all publishers of a topic are reliable, as far as that was recorded."""
-    return all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles)
-
-
-def is_volatile(profiles: Sequence[Qos]) -> bool:
-    """Return whether a publisher of a topic keeps nothing for late joiners."""
-    return any(profile.durability is QosDurability.VOLATILE for profile in profiles)
+    :param profiles: the quality of service that its publishers offered, as far as it was recorded.
+    :param ros1: whether its messages are ROS 1's bytes.
+    """
+    durabilities = {profile.durability for profile in profiles}
+    return MessageSource(
+        topic, type_name, durabilities == {QosDurability.TRANSIENT_LOCAL}, '', ros1,
+        all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles),
+        QosDurability.VOLATILE in durabilities)

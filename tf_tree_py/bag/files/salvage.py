@@ -15,7 +15,7 @@ from tf_tree_py.core.stamp import FOREVER, format_stamp
 
 from .message_source import MessageSource, RecordedMessage, Scan
 from .plain_file import PlainFile
-from .rosbags_file import first_field_of, salvaged
+from .rosbags_file import salvaged
 from .scanning import NOTHING_MISSING, OtherProfile, UNKNOWN_MISSING, WITHOUT_INDEX
 
 
@@ -38,7 +38,7 @@ class SalvagedFile:
             self.counts[arrival.source] += 1
             begin, end = min(begin, arrival.received), max(end, arrival.received + 1)
         self.span = begin, end
-        self._definitions = first.definitions
+        self.definitions = first.definitions
         received = '' if begin > end else (
             f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
         # What could not be unpacked is more than an index.
@@ -56,12 +56,6 @@ class SalvagedFile:
                  stop: int | None) -> Iterator[RecordedMessage]:
         """Yield the messages of some of its sources, in the order of the file."""
         return salvaged(self._scan(self._file.path), sources, start, stop)
-
-    def first_field(self, source: MessageSource) -> str:
-        """Return the type of the first field of a source's messages; '' if it is unknown."""
-        if source not in self._definitions:
-            return ''
-        return first_field_of(source, self._definitions[source])
 
     def close(self) -> None:
         """Remove the copy of the file, if there is one; no file is open."""

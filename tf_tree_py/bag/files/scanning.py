@@ -7,11 +7,14 @@ What the scans of damaged files have in common.
 MCAP and ROS 1 are read from the beginning, record by record, as far as possible.
 """
 
+from collections.abc import Iterator
 import mmap
 from pathlib import Path
 import struct
 
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
+
+from .message_source import MessageSource, RecordedMessage
 
 NOTHING_MISSING = 'and nothing is missing'
 WITHOUT_INDEX = f'{NOTHING_MISSING} except the index at its end'
@@ -52,11 +55,6 @@ def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
     if not lost and not more:
         return NOTHING_MISSING if ended else WITHOUT_INDEX
     return f'and {lost:,} of its {size:,} bytes could not{behind}'
-
-
-def share(packed: int, unread: int, unpacked: int) -> int:
-    """Return the number of bytes of a compressed chunk that correspond to the unread ones."""
-    return round(packed * unread / unpacked) if unpacked else packed
 
 
 def ros1_type(name: str) -> str:
@@ -111,3 +109,60 @@ class Bytes:
     def text(self) -> str:
         """Return the string that follows its length in bytes."""
         return bytes(self.sized()).decode(errors='replace')
+
+
+class RecordScan:
+    """
+    A scan of a file of records, some of which are chunks of others; see ``Scan``.
+
+    A subclass reads the records, and counts the bytes that it could not.
+    """
+
+    def __init__(self, path: Path, magic: bytes, kind: str) -> None:
+        """
+        Open the file, and read nothing yet.
+
+        :raises ValueError: it begins with other bytes than those of its kind.
+        """
+        self._data = mapped(path, magic, kind)
+        self._begin = len(magic)
+        self.definitions: dict[MessageSource, MessageDefinition] = {}
+        self.lost = ''
+        self._lost_bytes = self._more_bytes = self._unknown_bytes = 0
+        self._ended = False
+
+    def __iter__(self) -> Iterator[RecordedMessage]:
+        """Yield every message, in the order of the file."""
+        self._read_summary()
+        file = self._file()
+        yield from self._records(file)
+        self._lost_bytes += self._unknown_bytes + (0 if self._ended else file.left)
+        self.lost = lost_bytes(self._lost_bytes, len(self._data), self._ended, self._more_bytes)
+
+    def _file(self) -> Bytes:
+        """Return the records of the file."""
+        file = Bytes(self._data)
+        file.take(self._begin)
+        return file
+
+    def _records_in_chunk(self, packed: int, used: int,
+                          unpacked: bytes | memoryview) -> Iterator[RecordedMessage]:
+        """
+        Yield the messages of a chunk, and count its share of what cannot be read.
+
+        :param packed: its bytes in the file; ``used``: those that could be unpacked.
+        """
+        inner, before = Bytes(memoryview(unpacked)), self._unknown_bytes
+        yield from self._records(inner, in_chunk=True)
+        unread = inner.left + self._unknown_bytes - before
+        self._unknown_bytes = before
+        share = round(packed * unread / len(unpacked)) if unpacked else packed
+        self._lost_bytes += packed - used + share
+
+    def _read_summary(self) -> None:
+        """Read the topics at the end of an intact file: their chunk may be damaged."""
+        raise NotImplementedError
+
+    def _records(self, data: Bytes, *, in_chunk: bool = False) -> Iterator[RecordedMessage]:
+        """Yield the messages of records; if they end too soon, ``data`` stays at that position."""
+        raise NotImplementedError

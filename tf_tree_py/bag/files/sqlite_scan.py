@@ -21,7 +21,7 @@ import numpy as np
 from rosbags.interfaces import MessageDefinition
 
 from .message_source import MessageSource, RecordedMessage
-from .rosbags_file import is_reliable, is_transient_local, is_volatile, profiles_of
+from .rosbags_file import profiles_of, ros2_source
 from .scanning import NOTHING_MISSING, UNKNOWN_MISSING
 from .sqlite_pages import Branch, Cell, Damaged, Field, fields_of, HIGHEST, Pages
 
@@ -104,10 +104,8 @@ class SqliteScan:
     def _topics(self, table: _Table) -> dict[int, MessageSource]:
         sources = {}
         for row in self._rows(table, name=Field.is_text, type=Field.is_text):
-            profiles = profiles_of(row.get('offered_qos_profiles') or '')
-            sources[row['id']] = MessageSource(
-                row['name'], row['type'], is_transient_local(profiles), '', False,
-                is_reliable(profiles), is_volatile(profiles))
+            sources[row['id']] = ros2_source(
+                row['name'], row['type'], profiles_of(row.get('offered_qos_profiles') or ''))
         return sources
 
     def _rows(self, table: _Table, **kinds: Callable[[Field], bool]) -> Iterator[dict[str, Any]]:
