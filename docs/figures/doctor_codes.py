@@ -10,13 +10,13 @@ They are read from the catalogue that ``tf_doctor --list`` prints.
 from pathlib import Path
 
 from tf_tree_py.health.checks.catalogue import CODES
-from tf_tree_py.health.checks.finding import Code
+from tf_tree_py.health.checks.check import Check
 
 PAGE = Path(__file__).parents[1] / 'doctor_codes.md'
 BEGIN, END = '<!-- codes: begin -->\n', '<!-- codes: end -->\n'
 
 
-def section(code: Code) -> str:
+def section(code: Check) -> str:
     """Return what the page says of a code."""
     explains = f'\n- symptoms: {", ".join(f"`{name}`" for name in sorted(code.explains))}' if (
         code.explains) else ''

@@ -3,14 +3,14 @@
 
 """Checks of the arrivals: the clock that they are compared with, and how late they are."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tf_tree_py.core.stamp import format_span, format_stamp, SILENCE
 from tf_tree_py.core.text import listed
 
 from .case import Case, Delays, timing_of
-from .check import check, of_edge, of_edges, Remark
+from .check import check, grouped, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord
 
@@ -83,7 +83,7 @@ def delayed(case: Case) -> Iterator[Remark]:
     late = list(_late_edges(case))
     backlogs = [found for edge, delays in late
                 if (found := _backlog_of(case, edge, delays)) is not None]
-    for group in _at_the_same_time(backlogs):
+    for group in grouped(sorted(backlogs, key=lambda each: each.begin), _arrived_with):
         yield _kept_back(group)
     for edge, delays in late:
         if not any(edge is backlog.edge for backlog in backlogs):
@@ -95,14 +95,12 @@ def delayed(case: Case) -> Iterator[Remark]:
 
 
 def _late_edges(case: Case) -> Iterator[tuple[EdgeRecord, Delays]]:
-    for edge, moving in case.moving():
-        delays, count = case.delays.get(edge.frames), moving.timing.delays.count
-        # If the clocks differ, the fit between them is too inaccurate for the late quantile, and
-        # few samples cannot show a pause of a simulation.
-        if delays is None or count < (_SEVERAL if case.timebase.differs else _FEW):
-            continue
-        judged = delays.usual if case.timebase.differs else delays.late
-        if judged > case.limits.max_delay:
+    # If the clocks differ, the fit between them is too inaccurate for the late quantile, and few
+    # samples cannot show a pause of a simulation.
+    differs = case.timebase.differs
+    for edge, delays in case.delays.items():
+        if (timing_of(edge).delays.count >= (_SEVERAL if differs else _FEW)
+                and (delays.usual if differs else delays.late) > case.limits.max_delay):
             yield edge, delays
 
 
@@ -120,19 +118,12 @@ def _backlog_of(case: Case, edge: EdgeRecord, delays: Delays) -> _Backlog | None
     return _Backlog(edge, float(begin), float(end), float(longest))
 
 
-def _at_the_same_time(backlogs: list[_Backlog]) -> Iterator[list[_Backlog]]:
-    """Yield the backlogs in groups that arrived together."""
-    group: list[_Backlog] = []
-    for backlog in sorted(backlogs, key=lambda each: each.begin):
-        if group and backlog.begin > max(each.end for each in group) + SILENCE:
-            yield group
-            group = []
-        group.append(backlog)
-    if group:
-        yield group
+def _arrived_with(group: Sequence[_Backlog], backlog: _Backlog) -> bool:
+    """Return whether a backlog arrived together with others, which began before it."""
+    return backlog.begin <= max(each.end for each in group) + SILENCE
 
 
-def _kept_back(group: list[_Backlog]) -> Remark:
+def _kept_back(group: Sequence[_Backlog]) -> Remark:
     edges = [backlog.edge for backlog in group]
     longest = max(backlog.longest for backlog in group)
     return of_edges(

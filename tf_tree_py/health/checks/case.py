@@ -362,23 +362,22 @@ class Case:
                 for places, delay in self.timebase.clocks]
 
     @cached_property
-    def _main_clock(self) -> set[Edge]:
-        return {edge.frames for edge in self.clocks[0].edges} if self.clocks else set()
+    def _main_clock(self) -> set[EdgeRecord]:
+        return {*self.clocks[0].edges} if self.clocks else set()
 
     def goes_by_main_clock(self, edge: EdgeRecord) -> bool:
         """Return whether an edge is stamped by the clock of most edges."""
-        return edge.frames in self._main_clock
+        return edge in self._main_clock
 
     @cached_property
-    def clock_steps(self) -> dict[Edge, list[ClockStep]]:
+    def clock_steps(self) -> dict[EdgeRecord, list[ClockStep]]:
         """
         Return the steps of the publishers' clocks, by edge.
 
         A step changes all later delays, which were steady before it and are after it. After a
         pause of a simulation, or a few lost messages, the delays are the same as before.
         """
-        found = {edge.frames: [step for step in moving.timing.steps
-                               if self._shifts(moving.timing, step)]
+        found = {edge: [step for step in moving.timing.steps if self._shifts(moving.timing, step)]
                  for edge, moving in self.moving()}
         return {edge: steps for edge, steps in found.items() if steps}
 
@@ -397,7 +396,7 @@ class Case:
         """Return the medians of the delays of the other edges; None: there are none."""
         if len(self.delays) > _MANY:
             return self._all_delays
-        others = [delays for frames, delays in self.delays.items() if frames != edge.frames]
+        others = [delays for other, delays in self.delays.items() if other is not edge]
         return _medians(others) if others else None
 
     def earliest_behind(self, edge: EdgeRecord, by: float) -> float:
@@ -407,7 +406,7 @@ class Case:
         :param by: how much later at least, nanoseconds.
         """
         usual, early = self._earliest
-        place = int(np.searchsorted(usual, self.delays[edge.frames].usual + by, 'right'))
+        place = int(np.searchsorted(usual, self.delays[edge].usual + by, 'right'))
         return float(early[place]) if place < len(early) else 0.0
 
     @cached_property
@@ -423,12 +422,16 @@ class Case:
         return _medians([*self.delays.values()])
 
     @cached_property
-    def drifts(self) -> dict[Edge, Drift]:
+    def _unset(self) -> list[EdgeRecord]:
+        """Return the edges of the clock of most edges whose own clock was not set meanwhile."""
+        return [edge for edge in self._timed
+                if self.goes_by_main_clock(edge) and edge not in self.clock_steps]
+
+    @cached_property
+    def drifts(self) -> dict[EdgeRecord, Drift]:
         """Return the drifts of edges whose delays grow or shrink steadily."""
-        found = {edge.frames: drift_of(
-            *self.timebase.delays(timing_of(edge)), timing_of(edge).interval)
-                 for edge in self._timed
-                 if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}
+        found = {edge: drift_of(*self.timebase.delays(timing_of(edge)), timing_of(edge).interval)
+                 for edge in self._unset}
         return {edge: drift for edge, drift in found.items() if drift is not None}
 
     @property
@@ -437,12 +440,11 @@ class Case:
         return self.now < _EPOCH
 
     @cached_property
-    def delays(self) -> dict[Edge, Delays]:
+    def delays(self) -> dict[EdgeRecord, Delays]:
         """
         Return the delays of the edges that are stamped by the clock of most edges.
 
         Edges whose clock was set meanwhile are omitted: their delays have no meaning.
         """
-        return {edge.frames: _delays_of(self.timebase.delays(timing_of(edge))[1])
-                for edge in self._timed
-                if self.goes_by_main_clock(edge) and edge.frames not in self.clock_steps}
+        return {edge: _delays_of(self.timebase.delays(timing_of(edge))[1])
+                for edge in self._unset}

@@ -5,7 +5,6 @@
 
 from . import arrivals, clocks, graph, jumps, rates, samples, static_edges, structure
 from .check import Check
-from .finding import Code
 
 CHECKS: tuple[Check, ...] = (
     structure.loop,
@@ -59,4 +58,4 @@ CHECKS: tuple[Check, ...] = (
     graph.two_clocks,
 )
 
-CODES: dict[str, Code] = {check.code.name: check.code for check in CHECKS}
+CODES = {check.name: check for check in CHECKS}

@@ -4,13 +4,15 @@
 """A check: a code of the catalogue, and a function that looks for it."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
 
 from .case import Case, Trouble
-from .finding import Code, Finding, Number, Severity
+from .finding import Finding, Number, Severity
 from ..measures.edge_record import Edge, EdgeRecord
+
+Item = TypeVar('Item')
 
 
 class Remark(NamedTuple):
@@ -35,30 +37,45 @@ Look = Callable[[Case], Iterable[Remark]]
 
 
 class Check(NamedTuple):
-    """A code and the function that looks for it."""
+    """
+    An entry of the catalogue: a code, and the function that looks for it.
 
-    code: Code
+    :ivar name: of the code.
+    :ivar severity: the usual severity; a finding may have a different one.
+    :ivar catches: a description in one sentence.
+    :ivar cause: the usual cause in one sentence.
+    :ivar fix: the remedy in one sentence.
+    :ivar recorded_fix: the remedy for a recording; '' if it is the same.
+    :ivar explains: codes of which this one is the cause if both concern the same edge.
+    :ivar textbook: whether it is one of the textbook's failure modes.
+    """
+
+    name: str
+    severity: Severity
+    catches: str
+    cause: str
+    fix: str
+    recorded_fix: str
+    explains: frozenset[str]
+    textbook: bool
     look: Look
 
     def findings(self, case: Case) -> Iterator[Finding]:
         """Yield the findings."""
-        code = self.code
-        fix = code.recorded_fix if case.recorded and code.recorded_fix else code.fix
+        fix = self.recorded_fix if case.recorded and self.recorded_fix else self.fix
         for remark in self.look(case):
             yield Finding(
-                code.name, remark.severity or code.severity, remark.frames,
+                self.name, remark.severity or self.severity, remark.frames,
                 names_of(remark.authorities), remark.summary, remark.evidence,
-                remark.cause or code.cause, remark.fix or fix, remark.edges,
+                remark.cause or self.cause, remark.fix or fix, remark.edges,
                 any(map(is_ambiguous, remark.authorities)))
 
 
 def check(severity: Severity, *, catches: str, cause: str, fix: str, recorded_fix: str = '',
           explains: Collection[str] = (), textbook: bool = False) -> Callable[[Look], Check]:
     """Make a check from a function; the function's name becomes the code's name."""
-    def make(look: Look) -> Check:
-        return Check(Code(look.__name__, severity, catches, cause, fix, recorded_fix,
-                          frozenset(explains), textbook), look)
-    return make
+    return lambda look: Check(look.__name__, severity, catches, cause, fix, recorded_fix,
+                              frozenset(explains), textbook, look)
 
 
 def of_edge(edge: EdgeRecord, summary: str, evidence: Mapping[str, Number],
@@ -82,6 +99,22 @@ def of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: Mapping[str, N
     frames = tuple(dict.fromkeys(frame for edge in edges for frame in edge.frames))
     return Remark(summary, frames, authorities_of(*edges), evidence,
                   edges=tuple(edge.frames for edge in edges), **others)
+
+
+def grouped(items: Iterable[Item],
+            belongs: Callable[[Sequence[Item], Item], bool]) -> list[list[Item]]:
+    """
+    Return items in groups of successive ones.
+
+    :param belongs: returns whether an item belongs to the group before it.
+    """
+    groups: list[list[Item]] = []
+    for item in items:
+        if groups and belongs(groups[-1], item):
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    return groups
 
 
 def authorities_of(*edges: EdgeRecord) -> tuple[str, ...]:

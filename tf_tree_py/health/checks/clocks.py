@@ -12,10 +12,9 @@ from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, is_de
 from tf_tree_py.core.text import listed, times
 
 from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now, timing_of
-from .check import check, of_edge, of_edges, Remark
+from .check import check, grouped, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord, MovingEdge
-from ..measures.timing import ClockStep
 
 # Two clocks that chrony synchronises may differ by this much.
 _AHEAD = from_seconds(0.05)
@@ -76,7 +75,10 @@ def clock_mixture(case: Case) -> Iterator[Remark]:
 def clock_step(case: Case) -> Iterator[Remark]:
     """Find steps that all edges of one publisher make at one moment."""
     moving = [edge for edge, _ in case.moving()]
-    for steps in _together(case):
+    set_at = sorted(((edge, step) for edge, steps in case.clock_steps.items() for step in steps),
+                    key=lambda each: each[1].received)
+    for steps in grouped(set_at, lambda group, each: (
+            each[1].received - group[0][1].received <= _TOGETHER)):
         if case.arrival_step is not None:
             break
         edges = list({edge.frames: edge for edge, _ in steps}.values())
@@ -96,21 +98,6 @@ def clock_step(case: Case) -> Iterator[Remark]:
             edges, f'recorded twice for {format_span(twice)}: the clock of the sender and of '
             'the recorder was set back by as much', {'edges': len(edges),
                                                      'step_s': -twice / 1e9})
-
-
-def _together(case: Case) -> Iterator[list[tuple[EdgeRecord, ClockStep]]]:
-    """Yield the steps of all edges, grouped by moment."""
-    steps = sorted(((edge, step) for edge, _ in case.moving()
-                    for step in case.clock_steps.get(edge.frames, ())),
-                   key=lambda each: each[1].received)
-    group: list[tuple[EdgeRecord, ClockStep]] = []
-    for each in steps:
-        if group and each[1].received - group[0][1].received > _TOGETHER:
-            yield group
-            group = []
-        group.append(each)
-    if group:
-        yield group
 
 
 def overlap(edges: Sequence[EdgeRecord]) -> int:
@@ -184,10 +171,9 @@ def whole_seconds(case: Case) -> Iterator[Remark]:
            'the node')
 def clock_drift(case: Case) -> Iterator[Remark]:
     """Find edges whose delay changes steadily, and much more than it varies."""
-    drifting = [(edge, case.drifts[edge.frames]) for edge, _ in case.moving()
-                if edge.frames in case.drifts]
     for behind in (True, False):
-        edges = [(edge, drift) for edge, drift in drifting if (drift.total > 0) is behind]
+        edges = [(edge, drift) for edge, drift in case.drifts.items()
+                 if (drift.total > 0) is behind]
         if edges:
             _, worst = max(edges, key=lambda each: abs(each[1].total))
             yield _of_clock(
@@ -225,8 +211,8 @@ def clock_offset(case: Case) -> Iterator[Remark]:
             {'edges': len(edges), 'p50_delay_s': usual / 1e9, 'spread_s': spread / 1e9},
             **_of_computation(case, edges))
     for edges in _leading(case):
-        behind = [edge for edge, _ in case.moving() if edge.frames in case.delays
-                  and case.delays[edge.frames].usual > edges[-1][1].usual + _AHEAD]
+        behind = [edge for edge, delays in case.delays.items()
+                  if delays.usual > edges[-1][1].usual + _AHEAD]
         # A fit of the clocks, and messages in bursts, are inaccurate by less than this.
         far = -edges[0][1].usual > _FAR_BEHIND
         if case.timebase.differs and behind and far and not _is_post_dated(case, edges):
@@ -235,11 +221,11 @@ def clock_offset(case: Case) -> Iterator[Remark]:
 
 def _of_computation(case: Case, edges: Sequence[_Late]) -> dict[str, Any]:
     """Return what differs if the computation of each sample may take that long."""
-    late = {edge.frames for edge, _ in edges}
+    late = {edge for edge, _ in edges}
     senders = {name for edge, _ in edges for name in edge.authorities}
-    in_time = [edge for edge, _ in case.moving() if edge.frames in case.delays
-               and edge.frames not in late and {*edge.authorities} == senders
-               and abs(case.delays[edge.frames].usual) < _AHEAD]
+    in_time = [edge for edge, delays in case.delays.items()
+               if edge not in late and {*edge.authorities} == senders
+               and abs(delays.usual) < _AHEAD]
     known = len(senders) == 1 and all(senders) and not any(map(is_ambiguous, senders))
     if known and in_time:
         return {'cause': f'their node sets these stamps too early by a constant, or takes that '
@@ -283,18 +269,15 @@ def _are(edges: Sequence[EdgeRecord]) -> str:
            'than that')
 def future_stamps(case: Case) -> Iterator[Remark]:
     """Find edges whose stamps are usually ahead, and single stamps that are far ahead."""
-    poisoned = {edge.frames for edge, moving in case.moving()
-                if _furthest(case, edge, moving) > _POISON}
-    for edge, moving in case.moving():
-        if edge.frames in poisoned:
-            furthest = _furthest(case, edge, moving)
-            yield of_edge(
-                edge, f'has stamps up to {furthest / 1e9:.1f} s ahead of the clock: its good '
-                'data is refused until the clock reaches them',
-                {'furthest_s': furthest / 1e9},
-                severity=Severity.ERROR)
+    poisoned = {edge: furthest for edge, moving in case.moving()
+                if (furthest := _furthest(case, edge, moving)) > _POISON}
+    for edge, furthest in poisoned.items():
+        yield of_edge(
+            edge, f'has stamps up to {furthest / 1e9:.1f} s ahead of the clock: its good '
+            'data is refused until the clock reaches them',
+            {'furthest_s': furthest / 1e9}, severity=Severity.ERROR)
     for edges in _leading(case):
-        edges = [each for each in edges if each[0].frames not in poisoned]
+        edges = [each for each in edges if each[0] not in poisoned]
         if edges and not case.timebase.differs and not _is_post_dated(case, edges):
             lead = -edges[0][1].usual
             yield _of_clock([edge for edge, _ in edges],
@@ -335,7 +318,7 @@ def post_dated(case: Case) -> Iterator[Remark]:
 
 def _furthest(case: Case, edge: EdgeRecord, moving: MovingEdge) -> float:
     """Return how far ahead a stamp was at most, of the clock or of the stamps around it."""
-    known = edge.frames in case.delays and not case.timebase.differs
+    known = edge in case.delays and not case.timebase.differs
     if case.arrival_step is not None:
         # In order of arrival, the stamps before and after the step may alternate; and samples at
         # the step may be on either side of it.
@@ -386,15 +369,10 @@ def _is_post_dated(case: Case, edges: Sequence[_Late]) -> bool:
 
 def _alike(case: Case, wanted: Callable[[EdgeRecord, Delays], bool]) -> list[list[_Late]]:
     """Return the edges with certain delays, grouped if one clock may explain them."""
-    found = sorted(((edge, case.delays[edge.frames]) for edge, moving in case.moving()
-                    if edge.frames in case.delays and moving.timing.delays.count >= _SEVERAL
-                    and wanted(edge, case.delays[edge.frames])), key=lambda each: each[1].usual)
-    groups: list[list[_Late]] = []
-    for each in found:
-        if not groups or each[1].usual - groups[-1][-1][1].usual > _ALIKE:
-            groups.append([])
-        groups[-1].append(each)
-    return groups
+    found = sorted(((edge, delays) for edge, delays in case.delays.items()
+                    if timing_of(edge).delays.count >= _SEVERAL and wanted(edge, delays)),
+                   key=lambda each: each[1].usual)
+    return grouped(found, lambda group, each: each[1].usual - group[-1][1].usual <= _ALIKE)
 
 
 def _of_clock(edges: Sequence[EdgeRecord], summary: str, evidence: dict[str, float],

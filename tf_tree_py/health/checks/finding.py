@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The findings of a doctor, and the entries of the catalogue."""
+"""The findings of a doctor."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 Number = int | float
 
@@ -23,30 +23,6 @@ class Severity(Enum):
     def rank(self) -> int:
         """Return the place in the order; 0 for the worst."""
         return list(Severity).index(self)
-
-
-class Code(NamedTuple):
-    """
-    An entry of the catalogue.
-
-    :ivar name: the name of the code.
-    :ivar severity: the usual severity; a finding may have a different one.
-    :ivar catches: a description in one sentence.
-    :ivar cause: the usual cause in one sentence.
-    :ivar fix: the remedy in one sentence.
-    :ivar recorded_fix: the remedy for a recording; '' if it is the same.
-    :ivar explains: codes of which this one is the cause if both concern the same edge.
-    :ivar textbook: whether it is one of the textbook's failure modes.
-    """
-
-    name: str
-    severity: Severity
-    catches: str
-    cause: str
-    fix: str
-    recorded_fix: str = ''
-    explains: frozenset[str] = frozenset()
-    textbook: bool = False
 
 
 @dataclass(frozen=True)

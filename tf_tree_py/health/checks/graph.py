@@ -122,7 +122,7 @@ def two_clocks(case: Case) -> Iterator[Remark]:
 # --- where transforms are missing
 
 _CHECKS = other_topic, no_clock, two_clocks
-GRAPH_CODES = frozenset(one.code.name for one in _CHECKS)
+GRAPH_CODES = frozenset(one.name for one in _CHECKS)
 
 
 def graph_findings(graph: RosGraph, endpoints: Sequence[Endpoint] = ()) -> list[Finding]:

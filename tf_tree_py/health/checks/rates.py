@@ -172,7 +172,7 @@ def _came(case: Case, edge: EdgeRecord, moving: MovingEdge, begin: float, end: f
 
 def _on_arrival(case: Case, edge: EdgeRecord, stamp: float) -> float:
     """Return when a stamp usually arrives: an edge may be post-dated, or late."""
-    delays = case.delays.get(edge.frames)
+    delays = case.delays.get(edge)
     return stamp + (delays.usual if delays else 0.0)
 
 
@@ -346,7 +346,7 @@ def skew(case: Case) -> Iterator[Remark]:
     extremes: dict[str, tuple[_Aged, _Aged]] = {}
     for edge in case.downward:
         found = extremes.get(edge.parent)
-        if edge.moving is not None and edge.frames in case.delays:
+        if edge in case.delays:
             own = _age(case, edge), edge
             found = (own, own) if found is None else (
                 max(found[0], own, key=_first), min(found[1], own, key=_first))
@@ -369,7 +369,7 @@ def _age(case: Case, edge: EdgeRecord) -> float:
     # Of a few irregular intervals, half may be much too long, and the mean contains gaps.
     interval = min(timing.intervals.at(0.25)[0], mean_interval(
         case.timebase.elapsed(timing.first, timing.last), timing.timed))
-    return max(0.0, case.delays[edge.frames].usual + interval)
+    return max(0.0, case.delays[edge].usual + interval)
 
 
 def _older(edge: EdgeRecord, other: EdgeRecord, apart: float) -> Remark:
