@@ -13,7 +13,6 @@ out of order, and jumps back.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
@@ -73,27 +72,20 @@ class Anomaly(NamedTuple):
         return f'{self.reason}{edge}: {times}{when}: {self.detail}'
 
 
-@dataclass
-class _Sum:
-    times: int
-    first: int
-    last: int
-    detail: str
-
-
 class Anomalies:
     """Summarizes anomalies while a bag is read."""
 
     def __init__(self) -> None:
-        self._sums: dict[tuple[str, str, str], _Sum] = {}
+        self._sums: dict[tuple[str, str, str], Anomaly] = {}
 
     def note(self, reason: str, detail: str, edge: tuple[str, str] = ('', ''), *,
              times: int = 1, first: int = LATEST, last: int | None = None) -> None:
         """Add anomalies of one reason; the detail of the first is kept."""
         last = first if last is None else last
-        known = self._sums.setdefault((reason, *edge), _Sum(0, first, last, detail))
-        known.times += times
-        known.first, known.last = min(known.first, first), max(known.last, last)
+        key = (reason, *edge)
+        known = self._sums.get(key, Anomaly(*key, 0, first, last, detail))
+        self._sums[key] = Anomaly(*key, known.times + times, min(known.first, first),
+                                  max(known.last, last), known.detail)
 
     def note_incidents(self, incidents: Iterable[Incident]) -> None:
         """Add the incidents that the tree returned."""
@@ -103,9 +95,7 @@ class Anomalies:
 
     def summed(self) -> tuple[Anomaly, ...]:
         """Return the anomalies, the most frequent first."""
-        found = [Anomaly(*key, each.times, each.first, each.last, each.detail)
-                 for key, each in self._sums.items()]
-        return tuple(sorted(found, key=lambda oddity: -oddity.times))
+        return tuple(sorted(self._sums.values(), key=lambda oddity: -oddity.times))
 
 
 def as_text(path: object, oddities: Sequence[Anomaly]) -> str:
@@ -121,34 +111,6 @@ def as_text(path: object, oddities: Sequence[Anomaly]) -> str:
 
 # A larger step back means another run, or another clock: no message is delayed that long.
 _JUMP = from_seconds(1.0)
-
-
-class StampOrder:
-    """Compares the stamp of each sample with that of the previous sample of its edge."""
-
-    def __init__(self, oddities: Anomalies) -> None:
-        """
-        Begin before the first sample.
-
-        :param oddities: receives the anomalies.
-        """
-        self._oddities = oddities
-        self._last: dict[tuple[str, str], int] = {}
-
-    def note(self, edge: tuple[str, str], stamp: int) -> None:
-        """Check the next sample of an edge."""
-        before = self._last.get(edge)
-        self._last[edge] = stamp
-        if before is not None and stamp <= before:
-            self._oddities.note(*_fault(before, stamp), edge, first=stamp)
-
-    def note_many(self, edge: tuple[str, str], stamps: Stamps) -> None:
-        """Check the next samples of an edge, in order of arrival."""
-        self.note(edge, int(stamps[0]))
-        self._last[edge] = int(stamps[-1])
-        for number in np.flatnonzero(stamps[1:] <= stamps[:-1]).tolist():
-            before, stamp = int(stamps[number]), int(stamps[number + 1])
-            self._oddities.note(*_fault(before, stamp), edge, first=stamp)
 
 
 def _fault(before: int, stamp: int) -> tuple[str, str]:
@@ -182,7 +144,6 @@ class Assembler:
                              FutureGuard(None, None), None)
         self.oddities = Anomalies()
         self._decoder = decoder
-        self._order = StampOrder(self.oddities)
         self._arrived = ArrivalOrder()
         # The number of messages to insert one by one before the next search for a group.
         self._stride = 0
@@ -197,9 +158,22 @@ class Assembler:
         for window in _windows(arrivals):
             self._take_window(window)
             tell(len(window))
+        for edge, stamps in self._arrived.stamps().items():
+            self._note_order(edge, stamps)
         for edge, lone in self._arrived.lone().items():
             self.oddities.note(LONE_STAMP, lone.detail, edge, times=len(lone.stamps),
                                first=int(lone.stamps.min()), last=int(lone.stamps.max()))
+
+    def take_track(self, track: SampleTrack, authority: str) -> None:
+        """Insert all samples of an edge that was not received itself, in order of arrival."""
+        self._insert(track, authority)
+        self._note_order((track.parent, track.child), track.stamps)
+
+    def _note_order(self, edge: Edge, stamps: Stamps) -> None:
+        """Compare each stamp of an edge with the one that arrived before it."""
+        for place in np.flatnonzero(stamps[1:] <= stamps[:-1]).tolist():
+            before, stamp = int(stamps[place]), int(stamps[place + 1])
+            self.oddities.note(*_fault(before, stamp), edge, first=stamp)
 
     def take_estimate(self, estimate: EdgeEstimate, with_pose: bool, authority: str) -> None:
         """Insert the covariance of an edge from a topic, and its pose if requested."""
@@ -257,11 +231,9 @@ class Assembler:
                 continue
             authority = arrivals[some.messages[-1]].source.authority
             self._arrived.add_many(edge, window.received[some.messages], some.stamps, authority)
-            self.take_track(some.as_track(edge), authority)
+            self._insert(SampleTrack(*edge, some.stamps, some.poses), authority)
 
-    def take_track(self, track: SampleTrack, authority: str) -> None:
-        """Insert samples of one moving edge, in order of arrival."""
-        self._order.note_many((track.parent, track.child), track.stamps)
+    def _insert(self, track: SampleTrack, authority: str) -> None:
         self.oddities.note_incidents(self.intake.take_track(track, authority))
 
     # --- message by message
@@ -276,7 +248,6 @@ class Assembler:
             self._note_changes(batch)
         else:
             for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
-                self._order.note(edge, stamp)
                 self._arrived.add(edge, arrival.received, stamp, source.authority)
         self.oddities.note_incidents(
             self.intake.take_batch(batch, source.authority, source.static))

@@ -3,7 +3,7 @@
 
 """Recorded covariances of edges, by the same rules as live ones."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TypeAlias
 
 from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
@@ -34,6 +34,7 @@ class CovarianceTopics:
     The topics of a bag that contain covariances of edges.
 
     :ivar rules: the edge of each topic's covariances.
+    :ivar sources: of these topics.
     """
 
     def __init__(self, bag: Bag, given: Mapping[str, Covariances] | None, alone: bool) -> None:
@@ -48,14 +49,9 @@ class CovarianceTopics:
         self.rules = {} if alone else {source.topic: Covariances() for source in bag.everything
                                        if source.has_static_covariances}
         self.rules |= _checked_rules(given)
-        self._sources = [source for topic in self.rules for source in bag.sources_of(topic)]
-        for source in self._sources:
+        self.sources = [source for topic in self.rules for source in bag.sources_of(topic)]
+        for source in self.sources:
             _check_type(bag, source, self.rules[source.topic])
-
-    @property
-    def sources(self) -> Collection[MessageSource]:
-        """Return their sources."""
-        return self._sources
 
     def take_into(self, assembly: Assembler, rename_of: Callable[[MessageSource], Rename],
                   wanted: Callable[[str, str], bool], start: int | None, stop: int | None,

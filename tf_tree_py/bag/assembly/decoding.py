@@ -24,7 +24,7 @@ from tf_tree_py.core.messages.message_layout import (
     key_of,
     Rename,
 )
-from tf_tree_py.core.messages.sample import Batch, SampleTrack
+from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
@@ -124,10 +124,6 @@ class Samples(NamedTuple):
         """Return the samples of the messages from one number up to another, exclusive."""
         some = slice(*self.messages.searchsorted((begin, end)).tolist())
         return Samples(self.messages[some], self.stamps[some], self.poses[some])
-
-    def as_track(self, edge: Edge) -> SampleTrack:
-        """Return the samples as a track for the core."""
-        return SampleTrack(*edge, self.stamps, self.poses)
 
 
 class MessageWindow(NamedTuple):

@@ -56,6 +56,11 @@ class ArrivalOrder:
         self._authorities.setdefault(edge, {})[authority] = None
         return self._columns.setdefault(edge, (array('q'), array('q')))
 
+    def stamps(self) -> Mapping[Edge, Stamps]:
+        """Return the stamps of each edge."""
+        return {edge: np.frombuffer(stamps, np.int64)
+                for edge, (_, stamps) in self._columns.items()}
+
     def lone(self) -> Mapping[Edge, LoneSamples]:
         """Return the lone samples of each edge that has some."""
         columns = {edge: (np.frombuffer(received, np.int64), np.frombuffer(stamps, np.int64))
