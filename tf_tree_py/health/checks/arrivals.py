@@ -10,9 +10,10 @@ from tf_tree_py.core.stamp import format_span, format_stamp, SILENCE
 from tf_tree_py.core.text import listed
 
 from .case import Case, Delays, timing_of
-from .check import check, grouped, of_edge, of_edges, Remark
+from .check import check, of_edge, of_edges, Remark
 from .finding import Severity
 from ..measures.edge_record import EdgeRecord
+from ..measures.grouping import grouped
 
 
 @check(Severity.WARNING,

@@ -4,15 +4,13 @@
 """A check: a code of the catalogue, and a function that looks for it."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
 
 from .case import Case, Trouble
 from .finding import Finding, Number, Severity
 from ..measures.edge_record import Edge, EdgeRecord
-
-Item = TypeVar('Item')
 
 
 class Remark(NamedTuple):
@@ -99,22 +97,6 @@ def of_edges(edges: Sequence[EdgeRecord], summary: str, evidence: Mapping[str, N
     frames = tuple(dict.fromkeys(frame for edge in edges for frame in edge.frames))
     return Remark(summary, frames, authorities_of(*edges), evidence,
                   edges=tuple(edge.frames for edge in edges), **others)
-
-
-def grouped(items: Iterable[Item],
-            belongs: Callable[[Sequence[Item], Item], bool]) -> list[list[Item]]:
-    """
-    Return items in groups of successive ones.
-
-    :param belongs: returns whether an item belongs to the group before it.
-    """
-    groups: list[list[Item]] = []
-    for item in items:
-        if groups and belongs(groups[-1], item):
-            groups[-1].append(item)
-        else:
-            groups.append([item])
-    return groups
 
 
 def authorities_of(*edges: EdgeRecord) -> tuple[str, ...]:

@@ -34,13 +34,10 @@ _LATE = from_seconds(3.0)
            'after its publisher has ended. A joint at rest needs nothing')
 def static_republished(case: Case) -> Iterator[Remark]:
     """Find edges whose pose never changes, even in its last bit, while others move."""
-    robot_stands = not any(moving.motion.moved for _, moving in case.moving())
     moved = {edge.frames for edge, moving in case.moving() if moving.motion.moved}
-    for edge, moving in case.moving():
+    for edge, moving in case.moving() if moved else ():
         timing = moving.timing
         if moving.motion.moved or timing.count < _MANY or timing.span < _LONG:
-            continue
-        if robot_stands:
             continue
         # A robot that stands, a localiser without anything to correct, and a goal do not move.
         may_rest = case.is_fixed(edge.parent) or _is_joint(edge, moving, moved)

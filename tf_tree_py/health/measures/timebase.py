@@ -16,6 +16,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import ANOTHER_CLOCK
 
 from .arrival_clock import ArrivalStep
+from .grouping import grouped
 from .spread import median, quantiles
 from .timing import Timing
 
@@ -138,11 +139,8 @@ class Timebase:
             pace = line.pace if line.pace is not None else (
                 usual if abs(own) > ANOTHER_CLOCK else 1.0)
             leads.append(line.lead_at(self._moment, pace))
-        groups: list[list[int]] = []
-        for place in np.argsort(leads).tolist():
-            if not groups or leads[place] - leads[groups[-1][-1]] > ANOTHER_CLOCK:
-                groups.append([])
-            groups[-1].append(place)
+        groups = grouped(np.argsort(leads).tolist(), lambda group, place: (
+            leads[place] - leads[group[-1]] <= ANOTHER_CLOCK))
         self.clocks = [(group, -median([leads[place] for place in group]))
                        for group in sorted(groups, key=len, reverse=True)]
 
