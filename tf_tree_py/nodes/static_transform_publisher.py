@@ -19,7 +19,7 @@ from tf_tree_py.command.arguments import number, Parser
 from tf_tree_py.ros.messages.convert import transform_message
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
-from tf_tree_py.ros.topics.qos import static_covariance_qos
+from tf_tree_py.ros.topics.qos import static_qos
 
 from .bad_input import BadInput
 from .parameters import declare
@@ -94,7 +94,7 @@ class StaticTransformPublisher(Node):
         if not transforms:
             return
         self._covariances = self.create_publisher(
-            Odometry, STATIC_COVARIANCE_TOPIC, static_covariance_qos(len(transforms)))
+            Odometry, STATIC_COVARIANCE_TOPIC, static_qos(len(transforms)))
         for parent, child, pose, covariance in transforms:
             assert covariance is not None
             stamped = pose_with_covariance_stamped(parent, 0, pose, covariance)

@@ -17,15 +17,6 @@ from tf_tree_py.limited_log import IncidentLog
 from ..waiting.clock import ClockSource, ClockWatch
 
 
-class NamedPublisher(Protocol):
-    """A publisher on a topic, with a name that may become known later."""
-
-    placeholder: str
-
-    def name(self) -> str:
-        """Return the name that is known now."""
-
-
 class NodeToSpin(Protocol):
     """A node that a program has to spin, because a listener has its subscriptions there."""
 
@@ -63,7 +54,7 @@ class AttachedListeners:
         self._to_spin: list[NodeToSpin] = []
         # Not their identifiers, which are reused by later threads.
         self._threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()
-        self._authorities: dict[str, NamedPublisher] = {}
+        self._name_of: dict[str, Callable[[], str]] = {}
         self.log = IncidentLog(logger)
 
     def __len__(self) -> int:
@@ -147,14 +138,18 @@ class AttachedListeners:
 
     # --- the names
 
-    def name_later(self, authority: NamedPublisher) -> None:
-        """Register an authority whose name is not known yet; ``names`` requests it again."""
-        self._authorities[authority.placeholder] = authority
+    def name_later(self, placeholder: str, name: Callable[[], str]) -> None:
+        """
+        Register an authority whose name is not known yet.
+
+        :param placeholder: replaces the name until then.
+        :param name: returns the name that is known now; ``names`` calls it.
+        """
+        self._name_of[placeholder] = name
 
     def names(self) -> dict[str, str]:
         """Return the names that are known now, by their placeholders."""
-        return {placeholder: authority.name()
-                for placeholder, authority in list(self._authorities.items())}
+        return {placeholder: name() for placeholder, name in list(self._name_of.items())}
 
     # --- incidents
 

@@ -200,7 +200,7 @@ class _Feed:
         self._topic = topic
         self._authority = PublisherNames(node, topic)
         self._duplicates = DuplicatePublishers(self._authority, static)
-        buffer.feeds.name_later(self._authority)
+        buffer.feeds.name_later(self._authority.placeholder, self._authority.name)
         # In a separate callback group: another callback of the node may block on a lookup.
         subscribe = functools.partial(
             node.create_subscription, TFMessage, topic, cast('Any', self._receive), qos, raw=True,

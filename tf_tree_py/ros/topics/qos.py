@@ -38,17 +38,19 @@ def dynamic_qos() -> QoSProfile:
 
 def static_listener_qos() -> QoSProfile:
     """Return the subscriber's profile of /tf_static: a late joiner gets the last 100."""
-    return _static_qos(100)
+    return static_qos(100)
 
 
 def static_broadcaster_qos() -> QoSProfile:
     """Return the publisher's profile: only the last message, since each holds all transforms."""
-    return _static_qos(1)
+    return static_qos(1)
 
 
-def static_covariance_qos(count: int) -> QoSProfile:
-    """Return the publisher's profile of covariances of static edges: a message for each."""
-    return _static_qos(count)
+def static_qos(depth: int) -> QoSProfile:
+    """Return a profile of what never changes, both sides: late joiners get the last messages."""
+    return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
+                      reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def sensor_qos(depth: int = 10) -> QoSProfile:
@@ -118,9 +120,3 @@ def _mismatch(topic: str, log: LimitedLog, other: str, does: str, goes: str) -> 
             f'Incompatible type on topic {topic!r}, no messages will be {goes} it.'))
 
     return {'incompatible_qos': quality, 'incompatible_type': of_type}
-
-
-def _static_qos(depth: int) -> QoSProfile:
-    return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
-                      reliability=ReliabilityPolicy.RELIABLE,
-                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
