@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import TypeAlias
 
-from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
+from tf_tree_py.beyond.uncertainty.covariance_history import covariances_by_edge
 from tf_tree_py.beyond.uncertainty.insertion import (
     Covariances,
     EdgeEstimate,
@@ -144,8 +144,7 @@ def _check_type(bag: Bag, source: MessageSource, rules: Covariances) -> None:
 
 def _note_strays(assembly: Assembler) -> None:
     """Record covariances of edges without transforms: they would have no effect."""
-    kept = assembly.tree.companion(EdgeCovariances)
-    for (parent, child), known in kept.by_edge.items() if kept else ():
+    for (parent, child), known in covariances_by_edge(assembly.tree).items():
         history = assembly.tree.histories.get(child)
         if history is None or not history.has_named(parent):
             assembly.oddities.note(

@@ -11,6 +11,7 @@ from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 from tf_tree_py.core.tree.companions import Companion
+from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.edges import load_samples, save_samples
 from tf_tree_py.files.facts import Arrays, Facts, Saved
 
@@ -157,6 +158,12 @@ class Sources(Companion):
             sources = SourceSamples.load(part)
             twin.by_child[sources.child] = sources
         return twin
+
+
+def sources_by_child(tree: Tree) -> Mapping[str, SourceSamples]:
+    """Return the sources of each edge that has several, by child frame."""
+    known = tree.companion(Sources)
+    return {} if known is None else known.by_child
 
 
 def _newest(history: Samples) -> int:

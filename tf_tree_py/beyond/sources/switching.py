@@ -22,7 +22,7 @@ from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.tree import Tree
 
 from .edge_sources import EdgeSources, Rule
-from .source_samples import EdgeSource, Sources
+from .source_samples import EdgeSource, Sources, sources_by_child
 from ..corrections.absorbing import checked_limits, CorrectionQueries, DEFAULT_OVER, Transition
 from ..corrections.blend import BlendLimits
 
@@ -198,8 +198,7 @@ def _made(tree: Tree, parent: str, child: str) -> EdgeSources:
 
 
 def _known(tree: Tree, child: str) -> EdgeSources | None:
-    sources = tree.companion(Sources)
-    known = None if sources is None else sources.by_child.get(child)
+    known = sources_by_child(tree).get(child)
     return known if isinstance(known, EdgeSources) else None
 
 
@@ -219,14 +218,12 @@ class SourceQueries(CorrectionQueries):
     def sources_of(self, child: str) -> list[EdgeSource]:
         """Return the sources of an edge, in order of their first samples."""
         with self._lock:
-            known = self._tree.companion(Sources)
-            sources = known.by_child.get(child) if known is not None else None
-            return sources.listed() if sources is not None else []
+            sources = sources_by_child(self._tree).get(child)
+            return [] if sources is None else sources.listed()
 
     def _smoothed(self) -> Tree:
         twin = super()._smoothed()
-        known = self._tree.companion(Sources)
-        for child, sources in known.by_child.items() if known is not None else ():
+        for child, sources in sources_by_child(self._tree).items():
             history = self._tree.histories.get(child)
             of_source = sources.smoothed(history) if history is not None else None
             if of_source is not None:

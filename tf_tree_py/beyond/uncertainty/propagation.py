@@ -25,7 +25,6 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.tree.climb import Branches
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.tree import Tree
 
@@ -268,11 +267,7 @@ def steps_between(tree: Tree, target: str, source: str, stamp: int | None) -> li
 
     :param stamp: nanoseconds; None: use the newest samples.
     """
-    return _steps_of(tree.paths.branches(target, source, stamp))
-
-
-def _steps_of(branches: Branches) -> list[Step]:
-    """Return the edges from the target to the source."""
+    branches = tree.paths.branches(target, source, stamp)
     up = len(branches.target.edges)
     return [Step(parent, history, number < up)
             for number, (parent, history) in enumerate(reversed(branches.links()))]

@@ -15,7 +15,7 @@ from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.queries import Queries
 
-from .covariance_history import EdgeCovariances
+from .covariance_history import covariances_by_edge
 from .shared_errors import Piece, SharedErrors
 from .uncertain import (
     covariances_at,
@@ -34,8 +34,7 @@ class UncertainQueries(Queries):
     @property
     def has_covariances(self) -> bool:
         """Return whether any edge has covariances."""
-        known = self._tree.companion(EdgeCovariances)
-        return known is not None and bool(known.by_edge)
+        return bool(covariances_by_edge(self._tree))
 
     def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
                          independent: bool = False) -> tuple[Pose, Array]:

@@ -102,10 +102,6 @@ class _Shared:
         self.buffer = Buffer(place['cache_time'])
         self._listener = _Listener(self.buffer, node, **options)
 
-    def fits(self, context: Context, place: dict[str, Any]) -> bool:
-        """Return whether it has the topics and settings of a user."""
-        return self.context is context and self.place == place and is_running(context)
-
     def switch_clock(self, parameters: list[Parameter]) -> None:
         """Switch to simulated time and back when a node does."""
         for parameter in parameters:
@@ -120,8 +116,10 @@ _anchors: dict[Context, Node] = {}
 
 
 def _found(context: Context, place: dict[str, Any]) -> _Shared | None:
+    """Return the buffer that fits a user's topics and settings, if there is one."""
     return next((shared for held in list(_users.values()) for shared in held
-                 if shared.fits(context, place)), None)
+                 if shared.context is context and shared.place == place
+                 and is_running(context)), None)
 
 
 def _join(node: Node, shared: _Shared) -> None:
