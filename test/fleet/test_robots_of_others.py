@@ -12,15 +12,15 @@ from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.fleet import FleetListener
 from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
-from tf_tree_py.fleet.reception import Attachment, read_attachment
+from tf_tree_py.fleet.reception import read_attachment, Sending
 from zenoh import ext
 
 
-def serialized(attachment):
-    """Return an attachment as rmw_zenoh serializes it."""
-    fields = (('sequence_number', ext.Int64(attachment.number)),
-              ('source_timestamp', ext.Int64(attachment.sent)),
-              ('source_gid', bytes.fromhex(attachment.gid)))
+def serialized(sending):
+    """Return the attachment that rmw_zenoh adds to a message."""
+    fields = (('sequence_number', ext.Int64(sending.number)),
+              ('source_timestamp', ext.Int64(sending.sent)),
+              ('source_gid', bytes.fromhex(sending.source[0])))
     return b''.join(ext.z_serialize(part).to_bytes() for field in fields for part in field)
 
 
@@ -152,7 +152,7 @@ def test_losses_show_in_the_numbers_that_rmw_zenoh_attaches(listen, session, hal
     for gid in ('07' * 16, '08' * 16):
         for number in (5, 6, 9, 10, 20):
             session.put(key, message(('map', 'base', number)), attachment=serialized(
-                Attachment(number, time.time_ns(), gid)))
+                Sending(time.time_ns(), (gid, 0), number)))
     until(lambda: listener.robots()[0].lost == 2 * (2 + 9))
 
 
@@ -162,5 +162,5 @@ def test_another_attachment_is_none(data):
 
 
 def test_an_attachment_is_read_as_zenoh_serializes_it():
-    attachment = Attachment(5, 1_700_000_000_000_000_000, bytes(range(16)).hex())
-    assert read_attachment(serialized(attachment)) == attachment
+    sending = Sending(1_700_000_000_000_000_000, (bytes(range(16)).hex(), 0), 5)
+    assert read_attachment(serialized(sending)) == sending

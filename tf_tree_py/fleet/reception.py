@@ -33,26 +33,28 @@ _LAYOUT = struct.Struct('<16sq17sq11s17s')
 _NAMES = b'\x0fsequence_number', b'\x10source_timestamp', b'\x0asource_gid'
 
 
-class Attachment(NamedTuple):
+class Sending(NamedTuple):
     """
-    The data attached to a message.
+    How a sample was sent.
 
+    :ivar sent: nanoseconds since 1970 by the sender's clock; None: unknown.
+    :ivar source: the publisher; None: unknown.
     :ivar number: one more than that of the publisher's previous message.
-    :ivar sent: nanoseconds since 1970 by the sender's clock.
-    :ivar gid: of the publisher, in hexadecimal digits.
+    :ivar by_zenoh: whether it is Zenoh that numbers the messages, and keeps them.
     """
 
-    number: int
-    sent: int
-    gid: str
+    sent: int | None
+    source: Source | None = None
+    number: int = 0
+    by_zenoh: bool = False
 
 
-def read_attachment(data: bytes) -> Attachment | None:
-    """Return the attached data; None: it is something else."""
+def read_attachment(data: bytes) -> Sending | None:
+    """Return what the attached data says; None: it is something else."""
     if len(data) != _LAYOUT.size:
         return None
     first, number, second, sent, third, gid = _LAYOUT.unpack(data)
-    return Attachment(number, sent, gid[1:].hex()) if (first, second, third) == _NAMES else None
+    return Sending(sent, (gid[1:].hex(), 0), number) if (first, second, third) == _NAMES else None
 
 
 # --- reception
@@ -133,7 +135,7 @@ class Reception:
         for dropped in self._inbox.put(topic.robot, message, size):
             self._drop(dropped, _WAITS)
 
-    def _number(self, key: str, topic: Topic, source: Source, sending: 'Sending') -> None:
+    def _number(self, key: str, topic: Topic, source: Source, sending: Sending) -> None:
         """Record the number of a message, and ask for those that are missing before it."""
         missing = self._roster.number(topic.robot, source, sending.number, sending.by_zenoh)
         # A static message replaces those before it.
@@ -148,31 +150,15 @@ class Reception:
             f'them): it sends {limit}'))
 
 
-class Sending(NamedTuple):
-    """
-    How a sample was sent.
-
-    :ivar sent: nanoseconds since 1970 by the sender's clock; None: unknown.
-    :ivar source: the publisher; None: unknown.
-    :ivar number: one more than that of the publisher's previous message.
-    :ivar by_zenoh: whether it is Zenoh that numbers the messages, and keeps them.
-    """
-
-    sent: int | None
-    source: Source | None = None
-    number: int = 0
-    by_zenoh: bool = False
-
-
 def _sending(sample: 'zenoh.Sample') -> Sending:
     stamp, info, attached = sample.timestamp, sample.source_info, sample.attachment
     sent = None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
     if info is not None:
         return Sending(sent, source_of(info.source_id), info.source_sn, True)
-    attachment = None if attached is None else read_attachment(attached.to_bytes())
-    if attachment is None:
+    found = None if attached is None else read_attachment(attached.to_bytes())
+    if found is None:
         return Sending(sent)
-    return Sending(sent or attachment.sent, (attachment.gid, 0), attachment.number)
+    return found._replace(sent=sent) if sent else found
 
 
 def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:

@@ -160,9 +160,9 @@ class Assembler:
             tell(len(window))
         for edge, stamps in self._arrived.stamps().items():
             self._note_order(edge, stamps)
-        for edge, lone in self._arrived.lone().items():
-            self.oddities.note(LONE_STAMP, lone.detail, edge, times=len(lone.stamps),
-                               first=int(lone.stamps.min()), last=int(lone.stamps.max()))
+        for edge, stamps, detail in self._arrived.lone():
+            self.oddities.note(LONE_STAMP, detail, edge, times=len(stamps),
+                               first=int(stamps.min()), last=int(stamps.max()))
 
     def take_track(self, track: SampleTrack, authority: str) -> None:
         """Insert all samples of an edge that was not received itself, in order of arrival."""

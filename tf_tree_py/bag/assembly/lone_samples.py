@@ -4,8 +4,8 @@
 """Reports single samples whose stamps are far from all others of their edge."""
 
 from array import array
-from collections.abc import Mapping
-from typing import NamedTuple, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import TypeAlias
 
 import numpy as np
 from tf_tree_py.core.messages.incidents import one_of
@@ -21,18 +21,6 @@ LONE_STAMP = 'lone stamp'
 
 _DAY_S = 86_400
 _Columns: TypeAlias = tuple['array[int]', 'array[int]']
-
-
-class LoneSamples(NamedTuple):
-    """
-    The lone samples of an edge.
-
-    :ivar stamps: of them, nanoseconds.
-    :ivar detail: about the first of them, and what to do.
-    """
-
-    stamps: Stamps
-    detail: str
 
 
 class ArrivalOrder:
@@ -61,13 +49,14 @@ class ArrivalOrder:
         return {edge: np.frombuffer(stamps, np.int64)
                 for edge, (_, stamps) in self._columns.items()}
 
-    def lone(self) -> Mapping[Edge, LoneSamples]:
-        """Return the lone samples of each edge that has some."""
+    def lone(self) -> Iterator[tuple[Edge, Stamps, str]]:
+        """Yield the stamps of the lone samples of an edge; about the first, and what to do."""
         columns = {edge: (np.frombuffer(received, np.int64), np.frombuffer(stamps, np.int64))
                    for edge, (received, stamps) in self._columns.items()}
-        return {edge: LoneSamples(columns[edge][1][places], _detail(
-            *columns[edge], places, one_of(self._authorities[edge])))
-            for edge, places in lone_stamps_of(columns).items()}
+        for edge, places in lone_stamps_of(columns).items():
+            received, stamps = columns[edge]
+            yield edge, stamps[places], _detail(
+                received, stamps, places, one_of(self._authorities[edge]))
 
 
 def _detail(received: Stamps, stamps: Stamps, places: Places, authority: str) -> str:
