@@ -98,6 +98,17 @@ def test_recorded_transforms_win_and_names_and_times_are_the_options(tmp_path, r
     assert len(open_bag(bag, robot=robot, frames=['upper', 'slide', 'plate']).edges()) == 2
 
 
+def test_joint_states_with_an_older_or_a_repeated_stamp_are_told(tmp_path, robot):
+    sent = states()[:6]
+    late = [*sent[:3], sent[1], *sent[3:], sent[5]]
+    bag = write_ros2(tmp_path / 'run', [
+        each._replace(received=START + number) for number, each in enumerate(late)])
+    with pytest.warns(BagWarning):
+        buffer = open_bag(bag, robot=robot)
+    told = {(one.reason, one.first) for one in buffer.oddities if one.child == 'upper'}
+    assert told == {('out of order', STAMPS[1]), ('repeated stamp', STAMPS[5])}
+
+
 def test_of_several_topics_one_is_named(tmp_path, robot):
     bag = write_ros2(tmp_path / 'run', [*states(topic='/a/joints'), *states(topic='/b/joints')])
     with pytest.raises(BagError, match='joint states on /a/joints, /b/joints: choose those of'):
