@@ -12,7 +12,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py import BufferClient, TimeoutException
-from tf_tree_py.nodes import buffer_server
+from tf_tree_py.nodes import buffer_server, running
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose
@@ -64,7 +64,7 @@ def test_impatient_ctrl_c_ends_it_cleanly(start, client):
 
 
 def test_mistake_in_arguments_is_one_sentence(monkeypatch, capsys):
-    monkeypatch.setattr(buffer_server, 'run', None)
+    monkeypatch.setattr(running, 'run', None)
     with pytest.raises(SystemExit) as ended:
         buffer_server.main(['buffer_server', '--size', '3'])
     assert ended.value.code == 2

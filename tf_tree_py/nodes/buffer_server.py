@@ -3,12 +3,10 @@
 
 """The counterpart of tf2's buffer_server, which looks up transforms for other processes."""
 
-from collections.abc import Sequence
 import sys
 from typing import Any
 
 from rclpy.duration import Duration
-from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.remote.buffer_server import BufferServer
@@ -17,8 +15,8 @@ from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.waiting.clock import JUMP_BACK
 
 from .bad_input import BadInput
-from .parameters import declare, describe, Setting
-from .running import ClosingNode, run, spin
+from .parameters import declare, Setting
+from .running import ClosingNode, main_of
 
 NAME = 'buffer_server'
 NODE_NAME = 'tf_buffer'
@@ -74,11 +72,7 @@ def _unless_zero(seconds: float) -> Duration | None:
     return Duration(seconds=seconds) if seconds else None
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
-    parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(BufferServerNode(), ended))
+main = main_of(NAME, _DESCRIPTION, SETTINGS, BufferServerNode)
 
 
 if __name__ == '__main__':

@@ -12,7 +12,6 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from std_srvs.srv import Trigger
-from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.stamp import BEGINNING, format_stamp, from_seconds
@@ -23,9 +22,9 @@ from tf_tree_py.ros.topics.qos import dynamic_qos, mismatches, sensor_qos, TF_TO
 
 from .bad_input import BadInput
 from .edge_messages import frame_of, LIMITS, limits_of, message_type, samples_of, TYPES
-from .parameters import declare, describe, given, Setting
+from .parameters import declare, given, Setting
 from .robot_topics import RawPublisher
-from .running import ClosingNode, run, spin
+from .running import ClosingNode, main_of
 
 NAME = 'edge_switch'
 
@@ -222,12 +221,7 @@ def _checked_order(prefer: list[str], names: list[str]) -> list[str]:
     return prefer
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION,
-                    epilog=describe((SOURCES, *SETTINGS, *_settings_of(['NAME']))))
-    parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(EdgeSwitch(), ended))
+main = main_of(NAME, _DESCRIPTION, (SOURCES, *SETTINGS, *_settings_of(['NAME'])), EdgeSwitch)
 
 
 if __name__ == '__main__':

@@ -3,12 +3,11 @@
 
 """Publishes the robot of five frames on /tf and /tf_static, like the drivers of a robot."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 import sys
 from typing import Any
 
 from rclpy.node import Node
-from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core import Pose
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.messages.convert import transform_stamped
@@ -16,8 +15,8 @@ from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, Transf
 
 from .bad_input import BadInput, frame_name
 from .five_frame_motion import FiveFrameMotion, Frames
-from .parameters import declare, describe, FRAME_PREFIX, Setting
-from .running import run, spin
+from .parameters import declare, FRAME_PREFIX, Setting
+from .running import main_of
 
 NAME = 'five_frame_publisher'
 
@@ -98,11 +97,7 @@ def _frames(values: dict[str, Any]) -> Frames:
     return Frames(*names)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
-    parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(FiveFramePublisher(), ended))
+main = main_of(NAME, _DESCRIPTION, SETTINGS, FiveFramePublisher)
 
 
 if __name__ == '__main__':

@@ -3,7 +3,6 @@
 
 """Publishes a map -> odom that never jumps, from late poses in the map."""
 
-from collections.abc import Sequence
 from functools import partial
 import math
 import sys
@@ -15,7 +14,6 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from tf_tree_py.beyond.corrections.anchor import Anchor, Remaining, Sighting, Verdict
 from tf_tree_py.beyond.uncertainty.covariances import checked_covariance
-from tf_tree_py.command.arguments import Parser
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
@@ -31,9 +29,9 @@ from tf_tree_py.ros.waiting.clock import JUMP_BACK
 
 from .anchor_status import AnchorStatus, way_to_go
 from .edge_messages import frame_of, LIMITS, limits_of, samples_of
-from .parameters import declare, describe, Setting
+from .parameters import declare, Setting
 from .robot_topics import RawPublisher
-from .running import ClosingNode, run, spin
+from .running import ClosingNode, main_of
 
 NAME = 'relocalisation_anchor'
 
@@ -211,11 +209,7 @@ class RelocalisationAnchor(ClosingNode):
             known.cancel()
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
-    parser.parse_args(parser.own_arguments(argv))
-    return run(NAME, argv, lambda ended: spin(RelocalisationAnchor(), ended))
+main = main_of(NAME, _DESCRIPTION, SETTINGS, RelocalisationAnchor)
 
 
 if __name__ == '__main__':

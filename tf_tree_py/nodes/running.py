@@ -20,8 +20,10 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import try_shutdown
 from tf_tree_py.command import endings, signals
+from tf_tree_py.command.arguments import Parser
 
 from .bad_input import BadInput
+from .parameters import describe, Setting
 
 
 class _DestroyedOnError(type):
@@ -92,6 +94,26 @@ def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -
         return endings.FINE
 
     return endings.run(prog, with_ros, argv, endings.FINE)
+
+
+def main_of(prog: str, description: str, settings: Sequence[Setting], make: Callable[[], Node]
+            ) -> Callable[..., int]:
+    """
+    Return the ``main`` of an executable that spins one node, and has no arguments of its own.
+
+    :param settings: its parameters, for the help.
+    """
+    def main(argv: Sequence[str] | None = None) -> int:
+        """
+        Run the executable; return its exit status.
+
+        :param argv: the whole command line; None: that of this process.
+        """
+        parser = Parser(prog, description, epilog=describe(settings))
+        parser.parse_args(parser.own_arguments(argv))
+        return run(prog, argv, lambda ended: spin(make(), ended))
+
+    return main
 
 
 def _init(argv: Sequence[str] | None) -> None:
