@@ -101,7 +101,7 @@ def test_finding_has_the_time_of_its_incident_or_its_gap(tree):
     log = IncidentLog()
     tree.observers.add(log)
     finding = Finding('made-up', Severity.WARNING, ('odom', 'base'), (), 'It is odd.')
-    assert time_of(finding, tree, None) is not None
+    assert time_of(finding, tree, log) is not None
     tree.insert('odom', 'base', 12 * SECOND, Pose(x=12.0), strict=False)
     assert time_of(finding, tree, log) == 10 * SECOND
     tree.insert('base', 'odom', 13 * SECOND, Pose(), strict=False)  # a loop is refused

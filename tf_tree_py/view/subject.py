@@ -35,10 +35,10 @@ class Subject:
         below it.
     :ivar name: of the source, for the title of the pages.
     :ivar missing: what of the robot is ignored or cannot be shown, one sentence each.
-    :ivar incidents: the samples that were refused or odd; None: they are not recorded.
+    :ivar incidents: the samples that were refused or odd.
     :ivar resting: the robot that pages show until transforms arrive; None: there is no
         description.
-    :ivar sensors: the source of sensor messages; None: there is none.
+    :ivar sensors: the source of sensor messages.
     :ivar left_behind: returns the edges of a live tree that have stopped; None: by the stamps.
     """
 
@@ -50,9 +50,9 @@ class Subject:
     fixed_frame: str | None = None
     name: str = ''
     missing: Sequence[str] = ()
-    incidents: IncidentLog | None = None
+    incidents: IncidentLog = field(default_factory=IncidentLog)
     resting: RestingRobot | None = None
-    sensors: SensorSource | None = None
+    sensors: SensorSource = field(default_factory=SensorSource)
     left_behind: LeftBehind | None = None
     _findings: Sequence[Finding] = ()
     _asked: float = -_EVERY_S

@@ -26,7 +26,7 @@ from .model.moment import Remembered
 from .robot.resting_robot import RestingRobot
 from .robot.shapes import shapes_of
 from .sensors.recorded_sensors import RecordedSensors
-from .sensors.sensor_source import NoSensors, SensorSource
+from .sensors.sensor_source import SensorSource
 from .subject import Subject
 
 NAME = 'tf_view'
@@ -116,7 +116,7 @@ def _sensors(arguments: Namespace, source: TreeSource, subject: Subject) -> Sens
         return RecordedSensors(arguments.bag, described)
     node = getattr(source, 'node', None)
     if node is None:
-        return NoSensors()  # a fleet sends only transforms
+        return SensorSource()  # a fleet sends only transforms
     from .sensors.live_sensors import LiveSensors
     return LiveSensors(node, described)
 

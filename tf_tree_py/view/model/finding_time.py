@@ -55,7 +55,7 @@ class IncidentLog(Observer):
 _WIDE: Final = 3.0
 
 
-def time_of(finding: Finding, tree: AllQueries, log: IncidentLog | None) -> int | None:
+def time_of(finding: Finding, tree: AllQueries, log: IncidentLog) -> int | None:
     """
     Return the stamp of a finding, nanoseconds; None: it has no time.
 
@@ -63,7 +63,7 @@ def time_of(finding: Finding, tree: AllQueries, log: IncidentLog | None) -> int 
     beginning of the widest gap between the samples of its last frame. Without gaps, it is the
     sample at which this frame moves most.
     """
-    incidents = log.stamps(finding.frames) if log is not None else []
+    incidents = log.stamps(finding.frames)
     if incidents:
         return incidents[0]
     for frame in reversed(finding.frames):

@@ -42,7 +42,7 @@ class SensorView:
     :ivar missing: what cannot be shown at the moment, one sentence each.
     """
 
-    def __init__(self, source: SensorSource | None, panel: SensorsPanel) -> None:
+    def __init__(self, source: SensorSource, panel: SensorsPanel) -> None:
         self._source, self._panel = source, panel
         self.missing: list[str] = []
         self._image: Pixels | None = None
@@ -50,14 +50,12 @@ class SensorView:
     def seen(self, tree: AllQueries, moment: Moment) -> dict[str, Seen]:
         """Return what each topic shows at a moment, by topic; show the picture of a camera."""
         self.missing, self._image = [], None
-        wanted = self._panel.wanted() if self._source is not None else []
-        seen = {topic: found for topic in wanted
+        seen = {topic: found for topic in self._panel.wanted()
                 if (found := self._of_topic(tree, moment, topic)) is not None}
         self._panel.show_image(self._image)
         return seen
 
     def _of_topic(self, tree: AllQueries, moment: Moment, topic: str) -> Seen | None:
-        assert self._source is not None
         reading = self._source.reading(topic, moment.stamp)
         if reading is None or reading.problem:
             problem = 'no message at or before this stamp' if reading is None else reading.problem
@@ -201,9 +199,8 @@ class Page:
         chosen = controls.chosen.frame
         edges = tree.edges()
         stale = [moment.frames[place] for place in np.flatnonzero(moment.stale)]
-        log = self._subject.incidents
         controls.timeline.refresh(moment, chosen, self._remark(moment), self._age_s(moment),
-                                  log.stamps() if log is not None else ())
+                                  self._subject.incidents.stamps())
         controls.frames.refresh(edges, moment.fixed_frame, stale, self._look.hidden, chosen)
         if chosen is not None:
             controls.chosen.refresh(facts(tree, edges, moment, chosen))

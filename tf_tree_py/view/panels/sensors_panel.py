@@ -25,12 +25,8 @@ _NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections 
 class SensorsPanel:
     """The controls of the sensor topics on one page."""
 
-    def __init__(self, gui: Any, source: SensorSource | None, apply: Apply) -> None:
-        """
-        Make the controls.
-
-        :param source: of the messages; None: there is none.
-        """
+    def __init__(self, gui: Any, source: SensorSource, apply: Apply) -> None:
+        """Make the controls."""
         self._gui, self._source, self._apply = gui, source, apply
         self._note = gui.add_html(markup.note(_NONE))
         self._newest = gui.add_checkbox(
@@ -56,9 +52,8 @@ class SensorsPanel:
 
         :param missing: what cannot be shown, one sentence each.
         """
-        topics = [] if self._source is None else self._source.topics()
         with self._folder:
-            for topic in topics:
+            for topic in self._source.topics():
                 if topic not in self._boxes:
                     self._boxes[topic] = box = self._gui.add_checkbox(topic, False)
                     when_changed(box, self._apply, partial(self._switch, topic))
@@ -78,12 +73,9 @@ class SensorsPanel:
     def close(self) -> None:
         """Release all topics."""
         for topic in self.wanted():
-            if self._source is not None:
-                self._source.release(topic, self)
+            self._source.release(topic, self)
 
     def _switch(self, topic: str) -> None:
-        if self._source is None:
-            return
         if self._boxes[topic].value:
             self._source.want(topic, self)
         else:

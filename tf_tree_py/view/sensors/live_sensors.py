@@ -17,15 +17,15 @@ from tf_tree_py.ros.topics.qos import sensor_qos, static_listener_qos
 from tf_tree_py.ros.topics.side_topics import SideTopics
 
 from .readings import is_known, Reading, reading_of
-from .sensor_source import Recent
+from .sensor_source import Recent, SensorSource
 
 _KEPT = 300
 _DESCRIBED = 'robot_description'
 
 
-class LiveSensors:
+class LiveSensors(SensorSource):
     """
-    The sensor messages of topics; see ``SensorSource``.
+    The sensor messages of topics.
 
     A subscription exists only while a page wants its topic.
     """
@@ -74,10 +74,6 @@ class LiveSensors:
             if not readers and topic in self._subscriptions:
                 self._subscriptions.pop(topic).close()
                 self._recent.pop(topic)
-
-    def reading(self, topic: str, stamp: int) -> Reading | None:
-        """Return the newest reading of a topic that is not later than a stamp."""
-        return next(iter(self.trail(topic, stamp, 1)), None)
 
     def trail(self, topic: str, stamp: int, most: int) -> list[Reading]:
         """Return the last readings of a topic that are not later than a stamp, oldest first."""

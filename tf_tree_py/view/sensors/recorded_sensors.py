@@ -17,6 +17,7 @@ from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.times import Stamps
 
 from .readings import is_known, Reading, reading_of
+from .sensor_source import SensorSource
 
 # Messages stay in memory as bytes. Of a topic with more bytes, only every second message is kept,
 # or every fourth, and so on.
@@ -30,8 +31,12 @@ class _Topic(NamedTuple):
     messages: list[tuple[MessageSource, bytes]]
 
 
-class RecordedSensors:
-    """The sensor messages of one bag; see ``SensorSource``. A topic is read on first use."""
+class RecordedSensors(SensorSource):
+    """
+    The sensor messages of one bag. A topic is read on first use.
+
+    The messages of a released topic are kept: it may be wanted again.
+    """
 
     def __init__(self, path: Path, described: Callable[[str], None] | None = None) -> None:
         """
@@ -60,13 +65,6 @@ class RecordedSensors:
         with self._lock:
             if topic not in self._read and topic in self._types:
                 self._read[topic] = _read(self._path, topic)
-
-    def release(self, topic: str, reader: object) -> None:
-        """Keep the messages: the topic may be wanted again."""
-
-    def reading(self, topic: str, stamp: int) -> Reading | None:
-        """Return the newest reading of a topic that is not later than a stamp."""
-        return next(iter(self.trail(topic, stamp, 1)), None)
 
     def close(self) -> None:
         """Release the memory."""

@@ -1,21 +1,25 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The interface through which a page gets sensor messages."""
+"""The source from which a page gets sensor messages."""
 
 from bisect import bisect_right
 from collections import deque
 import threading
-from typing import Protocol
 
 from .readings import Reading
 
 
-class SensorSource(Protocol):
-    """A source of sensor messages. Only topics that a page wants are read."""
+class SensorSource:
+    """
+    A source of sensor messages. Only topics that a page wants are read.
+
+    This one has no topics; those of a bag and of a running system derive from it.
+    """
 
     def topics(self) -> list[str]:
         """Return the topics whose messages can be shown."""
+        return []
 
     def want(self, topic: str, reader: object) -> None:
         """Start reading a topic for a reader."""
@@ -25,37 +29,14 @@ class SensorSource(Protocol):
 
     def reading(self, topic: str, stamp: int) -> Reading | None:
         """Return the newest reading of a topic that is not later than a stamp, if any."""
+        return next(iter(self.trail(topic, stamp, 1)), None)
 
     def trail(self, topic: str, stamp: int, most: int) -> list[Reading]:
         """Return the last readings of a topic that are not later than a stamp, oldest first."""
+        return []
 
     def close(self) -> None:
         """Stop reading all topics."""
-
-
-class NoSensors:
-    """A source without topics."""
-
-    def topics(self) -> list[str]:
-        """Return none."""
-        return []
-
-    def want(self, topic: str, reader: object) -> None:
-        """Do nothing."""
-
-    def release(self, topic: str, reader: object) -> None:
-        """Do nothing."""
-
-    def reading(self, topic: str, stamp: int) -> Reading | None:
-        """Return none."""
-        return None
-
-    def trail(self, topic: str, stamp: int, most: int) -> list[Reading]:
-        """Return none."""
-        return []
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 class Recent:
