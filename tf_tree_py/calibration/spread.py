@@ -241,55 +241,31 @@ def scatter(residuals: Array, distances: Array, freedom: float, known: Array,
     found, variance = (
         (before.covariances, before.jitter_s ** 2) if before.jitter_s else (steady, 0.0))
     for _ in range(_TURNS):
-        seen = _Seen.by(found, residuals, velocity)
-        late, left = seen.stamp_errors(variance)
-        variance = seen.scored(variance, freedom)
-        if variance <= _SIGNIFICANT_JITTER * seen.standard_error:
+        weights, along, expected = _along(velocity, found, residuals)
+        late, left = variance * along, variance - variance ** 2 * expected
+        information = max(float(expected @ expected), 1e-300)
+        score = float((weights * along ** 2 / freedom - expected).sum())
+        variance = max(variance + score / information, 0.0)
+        if variance <= _SIGNIFICANT_JITTER * math.sqrt(2.0 / information):
             return Scatter(steady)
         rest = (velocity.T * left) @ velocity / max(len(left), 1)
         found = known + variance * _squares(velocity) + spread(
-            residuals - late[:, None] * velocity, seen.weights, freedom, explained - rest)
+            residuals - late[:, None] * velocity, weights, freedom, explained - rest)
     return Scatter(found, math.sqrt(variance))
 
 
-class _Seen(NamedTuple):
+def _along(velocity: Array, covariances: Array, residuals: Array) -> tuple[Array, Array, Array]:
     """
-    The residuals r along the velocity v, with the covariances C.
+    Return what residuals r with the covariances C show of late stamps at the velocity v.
 
-    :ivar weights: of the observations, (N,).
-    :ivar along: v^T C^-1 r, (N,).
-    :ivar expected: v^T C^-1 v, the expectation of the square of ``along``, (N,).
+    :return: the weights of the observations, v^T C^-1 r, and v^T C^-1 v, which is the expectation
+        of the square of the former; (N,) each.
     """
-
-    weights: Array
-    along: Array
-    expected: Array
-
-    @classmethod
-    def by(cls, covariances: Array, residuals: Array, velocity: Array) -> '_Seen':
-        inverse = np.linalg.inv(covariances)
-        distances = np.einsum('ni,nij,nj->n', residuals, inverse, residuals)
-        scaled = np.einsum('nij,nj->ni', inverse, velocity)
-        return cls(weight(distances, residuals.shape[1]),
-                   np.einsum('ni,ni->n', scaled, residuals),
-                   np.einsum('ni,ni->n', scaled, velocity))
-
-    @property
-    def information(self) -> float:
-        return max(float(self.expected @ self.expected), 1e-300)
-
-    @property
-    def standard_error(self) -> float:
-        return math.sqrt(2.0 / self.information)
-
-    def scored(self, variance: float, freedom: float) -> float:
-        """Return the next estimate of the variance of the stamps."""
-        score = float((self.weights * self.along ** 2 / freedom - self.expected).sum())
-        return max(variance + score / self.information, 0.0)
-
-    def stamp_errors(self, variance: float) -> tuple[Array, Array]:
-        """Return the expected error of each stamp, seconds, and the variance that is left."""
-        return variance * self.along, variance - variance ** 2 * self.expected
+    inverse = np.linalg.inv(covariances)
+    distances = np.einsum('ni,nij,nj->n', residuals, inverse, residuals)
+    scaled = np.einsum('nij,nj->ni', inverse, velocity)
+    return (weight(distances, residuals.shape[1]), np.einsum('ni,ni->n', scaled, residuals),
+            np.einsum('ni,ni->n', scaled, velocity))
 
 
 def _squares(velocity: Array) -> Array:
