@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 from scipy.spatial.transform import Rotation
 from tf_tree_py import BufferCore
-from tf_tree_py.calibration import Observations
+from tf_tree_py.calibration import Limits, Observations
 from tf_tree_py.calibration.model import between_many, Model, moved_many, State
 from tf_tree_py.core import Pose, UNLIMITED
 
@@ -45,14 +45,14 @@ def test_derivatives_are_those_of_differences(seed, points, known):
     sets = Observations('camera', at(np.linspace(1.0, 3.0, 4)),
                         np.array([random_pose(rng) for _ in range(4)]), 'table', place=place)
     edges = [('base', 'camera'), ('root', 'table')]     # one is traversed down, one up
-    probe = Model(buffer, edges, [sets])
+    probe = Model(buffer, edges, [sets], Limits())
     probe.reach = 0.5
     state = state_of(buffer, probe, rng)
     near = moved_many(probe.placed(0, state).pose, rng.normal(size=(4, 6)) * 0.3)
     seen = near[:, :3] if points else near
     model = Model(buffer, edges, [Observations(
         'camera', sets.stamps, seen, 'table',
-        place=None if place is None else place[:seen.shape[1]])])
+        place=None if place is None else place[:seen.shape[1]])], Limits())
     model.reach = 0.5
     derivatives = model.derivatives(0, state)
     for number in range(model.unknowns.size):

@@ -10,8 +10,7 @@ Reading messages of a running system, and printing results, are in ``tools``.
 from .at_rest import Contradiction
 from .calibrating import calibrate
 from .detections import recorded_observations
-from .observability import Limits
-from .observations import CalibrationError, Observations
+from .observations import CalibrationError, Limits, Observations
 from .unobservable import Unobservable
 from .verdict import Calibration, EdgeEstimate, Explanation, Outlier, TimeOffset, Verdict
 

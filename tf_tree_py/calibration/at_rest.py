@@ -28,7 +28,7 @@ from tf_tree_py.core.geometry import so3
 
 from .model import as_poses, between_many, Model
 from .observations import Array, Mask, Observations
-from .solve import Fit, Freedom, is_at_bound
+from .solve import Fit, is_at_bound
 from .spread import are_outliers, weight, whitening
 
 NOT_AT_REST = 'the observations do not fit one target at rest'
@@ -70,17 +70,17 @@ class Contradiction(NamedTuple):
     remedy: str
 
 
-def contradiction(model: Model, fit: Fit, freedom: Freedom) -> Contradiction | None:
+def contradiction(model: Model, fit: Fit, steps: Array) -> Contradiction | None:
     """
     Return why the observations of one target do not fit the model; None: they may.
 
     :param fit: the best fit, with edges and times.
-    :param freedom: the steps that the fit may take.
+    :param steps: (P, F) a basis of the steps that the fit may take.
     """
     for number, (each, _) in enumerate(model.seen):
         if len(each) >= _LEAST:
             found = (_unrelated(model, fit, number, _does_not_follow)
-                     or _moving(model, fit, freedom, number) or _two_places(model, fit, number)
+                     or _moving(model, fit, steps, number) or _two_places(model, fit, number)
                      or _unrelated(model, fit, number, _is_unlikely))
             if found is not None:
                 if len(model.seen) > 1:
@@ -184,9 +184,9 @@ def _turns(poses: Array) -> Array:
 
 # --- a target that moves
 
-def _moving(model: Model, fit: Fit, freedom: Freedom, number: int) -> Contradiction | None:
+def _moving(model: Model, fit: Fit, steps: Array, number: int) -> Contradiction | None:
     each = model.seen[number].observations
-    motion = _motion(model, fit, freedom, number)
+    motion = _motion(model, fit, steps, number)
     if motion is None:
         return None
     sensor = model.placed(number, fit.state).fixed_T_sensor
@@ -208,7 +208,7 @@ def _moving(model: Model, fit: Fit, freedom: Freedom, number: int) -> Contradict
         f'{" and ".join(said)}', remedy if 'm/s' in said[0] else f'{_CONFUSED}; {remedy}')
 
 
-def _motion(model: Model, fit: Fit, freedom: Freedom, number: int) -> Array | None:
+def _motion(model: Model, fit: Fit, steps: Array, number: int) -> Array | None:
     """
     Return the motion of a target (N, 3 or 6), metres and radians in its fixed frame.
 
@@ -221,7 +221,7 @@ def _motion(model: Model, fit: Fit, freedom: Freedom, number: int) -> Array | No
     place = rows @ model.by_place(number, fit.state)
     at_rest = place.reshape(len(left), -1)
     rest = np.hstack([at_rest, (rows @ model.derivatives(number, fit.state)).reshape(
-        len(left), -1) @ freedom.basis])
+        len(left), -1) @ steps])
     waves = _waves(each, (len(left) - rest.shape[1]) // (_FREE * each.size))
     if not waves.shape[1]:
         return None

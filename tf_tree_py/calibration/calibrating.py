@@ -13,12 +13,11 @@ from tf_tree_py.core import Pose
 from .at_rest import contradiction
 from .chain import check_edges, Edge, Tree
 from .model import Model, State
-from .observability import covariance_of, fixed, freedom_of, Held, held_directions, Limits
-from .observations import CalibrationError, Observations
+from .observability import covariance_of, fixed, free_steps, Held, held_directions
+from .observations import Array, CalibrationError, Limits, Observations
 from .solve import (
     Fit,
     fitted,
-    Freedom,
     is_at_bound,
     Precision,
     precision,
@@ -50,11 +49,15 @@ _ROUGHLY = 1e-3
 
 
 class _Estimate(NamedTuple):
-    """A fit of the observable directions, and its precision."""
+    """
+    A fit of the observable directions, and its precision.
+
+    :ivar steps: (P, F) a basis of the steps that the fit could take.
+    """
 
     model: Model
     fit: Fit
-    freedom: Freedom
+    steps: Array
     held: Held
     precision: Precision
 
@@ -82,12 +85,10 @@ def calibrate(tree: Tree, edges: Edge | Sequence[Edge],
     limits = Limits() if limits is None else limits
     check_edges(tree, pairs)
     _check(sets)
-    model = Model(tree, pairs, sets)
-    values = _values(tree, model)
-    full = _estimated(_in_reach(model, limits.max_offset_s), values, True, limits)
-    wanted = full if time else _estimated(_in_reach(model, 0.0), values, False, limits,
-                                          full.fit.state)
-    return _result(full, wanted, values, limits, time)
+    model = Model(tree, pairs, sets, limits)
+    full = _estimated(_in_reach(model, limits.max_offset_s), True)
+    wanted = full if time else _estimated(_in_reach(model, 0.0), False, full.fit.state)
+    return _result(full, wanted, time)
 
 
 def _pairs(edges: Any) -> list[Edge]:
@@ -103,13 +104,6 @@ def _check(sets: Sequence[Observations]) -> None:
     if count < _LEAST:
         raise CalibrationError(f'{count} observations are too few: at least {_LEAST} from '
                                'different places are needed, and some hundred are better')
-
-
-def _values(tree: Tree, model: Model) -> State:
-    """Return the values of the unknowns in the tree, which has no places of the targets."""
-    edges = np.array([tree.lookup(*edge) for edge in model.unknowns.edges], dtype=float)
-    places = np.tile(np.array([0.0, 0, 0, 0, 0, 0, 1]), (len(model.unknowns.targets), 1))
-    return State(edges, np.zeros(len(model.unknowns.sensors)), places)
 
 
 def _in_reach(model: Model, reach: float) -> Model:
@@ -134,66 +128,64 @@ def _in_reach(model: Model, reach: float) -> Model:
     return model.chosen(kept, reach)
 
 
-def _estimated(model: Model, values: State, time: bool, limits: Limits,
-               near: State | None = None) -> _Estimate:
+def _estimated(model: Model, time: bool, near: State | None = None) -> _Estimate:
     """Return the estimate; directions that are not observable keep the values of the tree."""
     count = model.unknowns.of_interest
     edges = 6 * len(model.unknowns.edges)
     free = np.array([number < edges or (time and model.reach > 0.0) for number in range(count)])
     few = some_of(model)  # the search costs less with few
-    begins = _begins(few, values, time)
+    begins = _begins(few, time)
     if near is not None:
-        begins.append(near._replace(offsets=values.offsets))
+        begins.append(near._replace(offsets=model.tree_values.offsets))
     held = fixed(free)
-    freedom = freedom_of(model.unknowns, values, held, limits)
-    tried = [roughly(few, begin, freedom) for begin in begins]
+    steps = free_steps(model, held)
+    tried = [roughly(few, begin, steps) for begin in begins]
     best = min(tried, key=lambda fit: fit.cost)
-    begin = best.state if len(few) == len(model) else settled(few, best.state, freedom).state
-    fit = settled(model, begin, freedom)
+    begin = best.state if len(few) == len(model) else settled(few, best.state, steps).state
+    fit = settled(model, begin, steps)
     for _ in range(_LOOKS):
-        before, sure = held, precision(model, fit, freedom.size)
-        held = held_directions(model, values, fit.state, sure.information, free, limits)
+        before, sure = held, precision(model, fit, steps.shape[1])
+        held = held_directions(model, fit.state, sure.information, free)
         if held.size == before.size:
-            return _Estimate(model, fit, freedom, before, sure)
-        freedom = freedom_of(model.unknowns, values, held, limits)
-        fit = settled(model, fit.state, freedom)
-    return _Estimate(model, fit, freedom, held, precision(model, fit, freedom.size))
+            return _Estimate(model, fit, steps, before, sure)
+        steps = free_steps(model, held)
+        fit = settled(model, fit.state, steps)
+    return _Estimate(model, fit, steps, held, precision(model, fit, steps.shape[1]))
 
 
-def _nothing_estimated(estimate: _Estimate, values: State, limits: Limits) -> _Estimate:
+def _nothing_estimated(estimate: _Estimate) -> _Estimate:
     """Return an estimate with the tree's values of all edges and offsets."""
     model = estimate.model
     held = fixed(np.zeros(model.unknowns.of_interest, dtype=bool))
-    freedom = freedom_of(model.unknowns, values, held, limits)
-    fit = fitted(model, estimate.fit.state, freedom, estimate.fit.covariances, _ROUGHLY)
+    steps = free_steps(model, held)
+    fit = fitted(model, estimate.fit.state, steps, estimate.fit.covariances, _ROUGHLY)
     fit = fit._replace(jitters_s=(0.0,) * len(model.seen))
-    return _Estimate(model, fit, freedom, held, precision(model, fit, freedom.size))
+    return _Estimate(model, fit, steps, held, precision(model, fit, steps.shape[1]))
 
 
-def _begins(model: Model, values: State, time: bool) -> list[State]:
+def _begins(model: Model, time: bool) -> list[State]:
     steps = int(model.reach / _STEP_S) if time else 0
-    return starts(model, values, [number * _STEP_S for number in range(-steps, steps + 1)])
+    return starts(model, [number * _STEP_S for number in range(-steps, steps + 1)])
 
 
-def _result(full: _Estimate, wanted: _Estimate, values: State, limits: Limits,
-            time: bool) -> Calibration:
+def _result(full: _Estimate, wanted: _Estimate, time: bool) -> Calibration:
     unknowns = full.model.unknowns
     sizes = [each.observations.size for each in full.model.seen]
     inliers = [~are_outliers(far, np.full(len(far), float(size)))
                for far, size in zip(full.fit.distances, sizes, strict=True)]
     seen_together = described(full.model, full.held)
     hidden = seen_together if time else _without_time(wanted, seen_together)
-    against = contradiction(full.model, full.fit, full.freedom)
+    against = contradiction(full.model, full.fit, full.steps)
     if against is not None:
-        wanted = _nothing_estimated(wanted, values, limits)
-    found = explanations(full.model, values, full.fit, full.precision, inliers, limits)
-    covariance = covariance_of(unknowns, values, wanted.fit.state,
-                               wanted.precision.information, wanted.held, limits)
+        wanted = _nothing_estimated(wanted)
+    found = explanations(full.model, full.fit, full.precision, inliers)
+    covariance = covariance_of(full.model, wanted.fit.state, wanted.precision.information,
+                               wanted.held)
     edges = [
         EdgeEstimate(*edge, Pose(*before.tolist()), Pose(*after.tolist()),
                      covariance[unknowns.edge(number), unknowns.edge(number)])
         for number, (edge, before, after) in enumerate(zip(
-            unknowns.edges, values.edges, wanted.fit.state.edges, strict=True))]
+            unknowns.edges, full.model.tree_values.edges, wanted.fit.state.edges, strict=True))]
     offsets = [
         TimeOffset(sensor, float(wanted.fit.state.offsets[number]),
                    math.sqrt(covariance[unknowns.offset(sensor), unknowns.offset(sensor)]),
@@ -205,7 +197,7 @@ def _result(full: _Estimate, wanted: _Estimate, values: State, limits: Limits,
         edges, offsets, verdict, against, found, hidden, _outliers(wanted), len(wanted.model),
         {target: Pose(*place.tolist()) for target, place
          in zip(unknowns.targets, wanted.fit.state.places, strict=True)},
-        wanted.precision.correlation_time, covariance, _trace(wanted, values, limits))
+        wanted.precision.correlation_time, covariance, _trace(wanted))
 
 
 def _without_time(wanted: _Estimate, together: Sequence[Unobservable]) -> list[Unobservable]:
@@ -233,9 +225,9 @@ def _outliers(estimate: _Estimate) -> list[Outlier]:
     return sorted(found)
 
 
-def _trace(estimate: _Estimate, values: State, limits: Limits) -> Trace:
+def _trace(estimate: _Estimate) -> Trace:
     model, fit = estimate.model, estimate.fit
-    before = _nothing_estimated(estimate, values, limits).fit
+    before = _nothing_estimated(estimate).fit
     stamps = np.concatenate([each.stamps for each, _ in model.seen])
     order = np.argsort(stamps, kind='stable')
     far, near = (np.concatenate([np.linalg.norm(each[:, :3], axis=1) for each in residuals])

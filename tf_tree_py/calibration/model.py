@@ -18,6 +18,7 @@ sees the opposite. The derivative by the time is the difference of two lookups.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import so3
 
 from .chain import chain_between, Edge, Tree, Ways
-from .observations import Array, CalibrationError, Mask, Observations
+from .observations import Array, CalibrationError, Limits, Mask, Observations
 
 
 class State(NamedTuple):
@@ -178,12 +179,15 @@ class Model:
     Predicts observations.
 
     :ivar unknowns: the unknowns of the estimate.
+    :ivar tree_values: the values of edges and offsets in the tree, which has no places of targets.
+    :ivar limits: what is known without calibration.
+    :ivar scales: (Q,) the standard deviations of edges and offsets without calibration.
     :ivar seen: the sets of observations.
     :ivar reach: seconds by which stamps may be shifted; larger offsets are clipped to it.
     """
 
-    def __init__(self, tree: Tree, edges: Sequence[Edge],
-                 sets: Sequence[Observations]) -> None:
+    def __init__(self, tree: Tree, edges: Sequence[Edge], sets: Sequence[Observations],
+                 limits: Limits) -> None:
         """
         Find the path of each set of observations.
 
@@ -205,6 +209,12 @@ class Model:
         targets = {each.name: each.size for each in sets if each.place is None}
         self.unknowns = Unknowns(edges, list(dict.fromkeys(each.sensor for each in sets)),
                                  targets)
+        self.tree_values = State(
+            np.array([tree.lookup(*edge) for edge in edges], dtype=float),
+            np.zeros(len(self.unknowns.sensors)), np.tile(se3.IDENTITY, (len(targets), 1)))
+        self.limits = limits
+        self.scales = np.array(([limits.known_m] * 3 + [limits.known_rad] * 3) * len(edges)
+                               + [limits.known_s] * len(self.unknowns.sensors))
 
     def chosen(self, kept: Sequence[Mask], reach: float) -> 'Model':
         """
@@ -213,15 +223,18 @@ class Model:
         :param kept: of each set, which observations to keep.
         :param reach: seconds by which the stamps may be shifted.
         """
-        made = object.__new__(Model)
-        made._tree, made.unknowns, made.reach = self._tree, self.unknowns, reach
-        made.seen, made._last = [], {}
+        made = copy(self)
+        made.reach, made.seen, made._last = reach, [], {}
         for (each, ways), mask in zip(self.seen, kept, strict=True):
             fewer = Observations(
                 each.sensor, each.stamps[mask], each.seen[mask], each.fixed_in, each.target,
                 each.place, None if each.covariances is None else each.covariances[mask])
             made.seen.append(Seen(fewer, Ways(self._tree, ways.chain, fewer.stamps)))
         return made
+
+    def origin(self, near: State) -> State:
+        """Return the state of the step zero: the values of the tree, and the places of a state."""
+        return self.tree_values._replace(places=near.places)
 
     def __len__(self) -> int:
         """Return how many observations there are."""
@@ -272,13 +285,12 @@ class Model:
         here, parents, begins = stretches[0], list[Array](), [begin]
         for link, stretch in zip(ways.chain.links, stretches[1:], strict=True):
             edge = state.edges[link.edge][None]
-            after = se3.compose_many(here, np.broadcast_to(
-                se3.inverse_many(edge) if link.upwards else edge, here.shape))
+            after = se3.compose_many(here, se3.inverse_many(edge) if link.upwards else edge)
             parents.append(after if link.upwards else here)
             begins.append(after)
             here = se3.compose_many(after, stretch)
         place = self._place(each, state)
-        pose = se3.compose_many(se3.inverse_many(here), np.broadcast_to(place, here.shape))
+        pose = se3.compose_many(se3.inverse_many(here), place)
         return Placed(pose, here, parents, begins)
 
     def _place(self, each: Observations, state: State) -> Array:

@@ -12,47 +12,19 @@ the part that is held at the value of the tree is a *plain* direction: a transla
 of one edge, or one time. So a value that is kept is kept exactly, and the others make up for it.
 """
 
-from dataclasses import dataclass
-import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 from tf_tree_py.core.geometry import so3
 
 from .model import Model, State, Unknowns
 from .observations import Array, Mask
-from .solve import Freedom
 
 MOSTLY = 0.9
 """From this share of its square on, a direction counts as plain."""
 _PREFERRED = 0.05
 """An edge is held rather than a later one, unless that has this much more share."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """
-    What counts as observable, and which time offsets are tried.
-
-    :ivar known_m: the standard deviation to which a mounting is known without calibration,
-        metres; directions that the observations determine less precisely are not estimated.
-    :ivar known_rad: likewise for rotations, radians.
-    :ivar known_s: likewise for time offsets, seconds.
-    :ivar least_turn_rad: smaller rotations (root mean square) of the edge's parent do not
-        count as showing a translation: they may be noise of the poses.
-    :ivar max_offset_s: the largest time offset that is tried, seconds.
-    """
-
-    known_m: float = 0.1
-    known_rad: float = 0.1
-    known_s: float = 0.1
-    least_turn_rad: float = math.radians(0.5)
-    max_offset_s: float = 0.5
-
-    def scales(self, unknowns: Unknowns) -> Array:
-        """Return the standard deviations of edges and offsets without calibration, (Q,)."""
-        edge = [self.known_m] * 3 + [self.known_rad] * 3
-        return np.array(edge * len(unknowns.edges) + [self.known_s] * len(unknowns.sensors))
 
 
 class Held(NamedTuple):
@@ -81,53 +53,46 @@ def fixed(free: Mask) -> Held:
     return Held(columns, columns)
 
 
-def held_directions(model: Model, tree: State, state: State, information: Array, free: Mask,
-                    limits: Limits) -> Held:
+def held_directions(model: Model, state: State, information: Array, free: Mask) -> Held:
     """
     Return the directions of edges and offsets that are not observable.
 
-    :param tree: the values of the unknowns in the tree.
     :param information: (P, P) the information matrix of all unknowns, at the state.
     :param free: (Q,) which numbers may be estimated at all.
     """
     unknowns = model.unknowns
     held = fixed(free).plain
     for number in range(len(unknowns.edges)):
-        held = _extended(held, _still(model, state, number, limits))
+        held = _extended(held, _still(model, state, number))
     rest = _complement(held)
-    scaled, _ = _scaled(unknowns, tree, state, information, limits)
+    scaled, _ = _scaled(model, state, information)
     values, vectors = np.linalg.eigh(rest.T @ scaled @ rest)
     plain, hidden = _plain(unknowns, rest @ vectors[:, values < 1.0], held)
     return Held(plain, np.hstack([held, hidden]))
 
 
-def freedom_of(unknowns: Unknowns, tree: State, held: Held, limits: Limits) -> Freedom:
-    """Return the steps from the tree's values that do not change the held directions."""
-    count = unknowns.of_interest
+def free_steps(model: Model, held: Held) -> Array:
+    """Return a basis (P, F) of the steps from the tree that keep the held directions."""
     rest = _complement(held.plain)
-    places = unknowns.size - count
-    basis = np.zeros((unknowns.size, rest.shape[1] + places))
-    basis[:count, :rest.shape[1]] = limits.scales(unknowns)[:, None] * rest
-    basis[count:, rest.shape[1]:] = np.eye(places)
-    return Freedom(tree, basis)
+    places = model.unknowns.size - model.unknowns.of_interest
+    return np.asarray(block_diag(model.scales[:, None] * rest, np.eye(places)))
 
 
-def covariance_of(unknowns: Unknowns, tree: State, state: State, information: Array,
-                  held: Held, limits: Limits) -> Array:
+def covariance_of(model: Model, state: State, information: Array, held: Held) -> Array:
     """
     Return the covariance (Q, Q) of edges and offsets at a state.
 
     Held directions have the standard deviations of ``Limits``. What makes up for their errors
     has the same errors. The parameters are those of ``held_directions``.
     """
-    scaled, units = _scaled(unknowns, tree, state, information, limits)
+    scaled, units = _scaled(model, state, information)
     rest = _complement(held.plain)
     within = np.linalg.pinv(rest.T @ scaled @ rest, hermitian=True)
     with_held = held.hidden @ np.linalg.inv(held.plain.T @ held.hidden)
     return np.asarray(units @ (rest @ within @ rest.T + with_held @ with_held.T) @ units.T)
 
 
-def _still(model: Model, state: State, number: int, limits: Limits) -> Array:
+def _still(model: Model, state: State, number: int) -> Array:
     """Return the translations (Q, H) of an edge that no rotation of its parent shows."""
     scatter, count = np.zeros((3, 3)), 0
     for index, (each, ways) in enumerate(model.seen):
@@ -141,7 +106,7 @@ def _still(model: Model, state: State, number: int, limits: Limits) -> Array:
                 scatter += np.einsum('nij,nik->jk', apart, apart)
                 count += len(each)
     values, vectors = np.linalg.eigh(scatter / max(count, 1))
-    still = vectors[:, values < limits.least_turn_rad ** 2]
+    still = vectors[:, values < model.limits.least_turn_rad ** 2]
     made = np.zeros((model.unknowns.of_interest, still.shape[1]))
     made[model.unknowns.edge(number)][:3] = still
     return made
@@ -154,17 +119,16 @@ def _schur(information: Array, count: int) -> Array:
         information[count:, count:], hermitian=True) @ inner.T)
 
 
-def _scaled(unknowns: Unknowns, tree: State, state: State, information: Array,
-            limits: Limits) -> tuple[Array, Array]:
+def _scaled(model: Model, state: State, information: Array) -> tuple[Array, Array]:
     """
     Return the information of edges and offsets (Q, Q), for steps from the tree in ``Limits``.
 
     :return: and the matrix (Q, Q) from such a step to one from the state.
     """
-    scales = limits.scales(unknowns)
-    step = unknowns.step_to(tree._replace(places=state.places), state)
-    units = unknowns.about(step)[:len(scales), :len(scales)] * scales
-    return np.asarray(units.T @ _schur(information, len(scales)) @ units), units
+    count = model.unknowns.of_interest
+    step = model.unknowns.step_to(model.origin(state), state)
+    units = model.unknowns.about(step)[:count, :count] * model.scales
+    return np.asarray(units.T @ _schur(information, count) @ units), units
 
 
 def _extended(basis: Array, columns: Array) -> Array:

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Observations of a target by a sensor: poses or points with stamps."""
+"""Observations of a target by a sensor, poses or points with stamps; and what is known before."""
 
 from dataclasses import dataclass
+import math
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,27 @@ from tf_tree_py.core.errors import no_truth
 
 class CalibrationError(ValueError):
     """A calibration is not possible: one sentence with the reason and the remedy."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """
+    What counts as observable, and which time offsets are tried.
+
+    :ivar known_m: the standard deviation to which a mounting is known without calibration,
+        metres; directions that the observations determine less precisely are not estimated.
+    :ivar known_rad: likewise for rotations, radians.
+    :ivar known_s: likewise for time offsets, seconds.
+    :ivar least_turn_rad: smaller rotations (root mean square) of the edge's parent do not
+        count as showing a translation: they may be noise of the poses.
+    :ivar max_offset_s: the largest time offset that is tried, seconds.
+    """
+
+    known_m: float = 0.1
+    known_rad: float = 0.1
+    known_s: float = 0.1
+    least_turn_rad: float = math.radians(0.5)
+    max_offset_s: float = 0.5
 
 
 # --- observations

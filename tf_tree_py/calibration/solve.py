@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from .model import by_rigid_motion, Model, State, Unknowns
+from .model import by_rigid_motion, Model, State
 from .observations import Array, Mask
 from .spread import (
     correlation_time,
@@ -29,34 +29,6 @@ _ROUGHLY, _EXACTLY = 1e-3, 1e-8
 _AT_BOUND = 0.98
 """From this fraction of the largest offset on, an estimate counts as at the bound."""
 _ROUGH = np.repeat([0.01, 0.01], 3) ** 2
-
-
-class Freedom(NamedTuple):
-    """
-    The steps that a fit may take.
-
-    They begin at the values of the tree, so what the steps leave alone has exactly these.
-
-    :ivar tree: the values of edges and offsets in the tree.
-    :ivar basis: (P, F) the directions of the steps.
-    """
-
-    tree: State
-    basis: Array
-
-    @property
-    def size(self) -> int:
-        """Return F."""
-        return int(self.basis.shape[1])
-
-    def origin(self, near: State) -> State:
-        """Return the state of the step zero: the tree has no places of targets."""
-        return self.tree._replace(places=near.places)
-
-    def nearest(self, unknowns: Unknowns, state: State) -> Array:
-        """Return the coordinates (F,) in the basis that lead nearest to a state."""
-        step = unknowns.step_to(self.origin(state), state)
-        return np.asarray(np.linalg.lstsq(self.basis, step, rcond=None)[0])
 
 
 class Fit(NamedTuple):
@@ -88,23 +60,25 @@ class Fit(NamedTuple):
         return float(loss(np.concatenate(self.distances), self.sizes).sum())
 
 
-def fitted(model: Model, begin: State, freedom: Freedom, covariances: list[Array],
+def fitted(model: Model, begin: State, steps: Array, covariances: list[Array],
            accuracy: float) -> Fit:
     """
     Return the fit with given covariances.
 
-    :param begin: where the search begins, as near as the freedom allows.
+    :param begin: where the search begins, as near as the steps allow.
+    :param steps: (P, F) a basis of the steps from the values of the tree that the fit may take;
+        so what they leave alone has exactly these values.
     :param covariances: of the observations of each set, (N, p, p).
     :param accuracy: the relative change of the cost at which the search ends.
     """
     white = [whitening(each) for each in covariances]
-    state = freedom.origin(begin)
-    if freedom.size:
-        problem = _Problem(model, begin, freedom, white)
+    state = model.origin(begin)
+    if steps.shape[1]:
+        problem = _Problem(model, begin, steps, white)
         found = least_squares(
-            problem.residuals, np.ones(freedom.size), problem.derivatives,
+            problem.residuals, np.ones(steps.shape[1]), problem.derivatives,
             x_scale='jac', loss=problem.loss, max_nfev=_STEPS,
-            tr_solver='lsmr' if freedom.size > 1 else 'exact',  # lsmr fails with one unknown
+            tr_solver='lsmr' if steps.shape[1] > 1 else 'exact',  # lsmr fails with one unknown
             ftol=accuracy, xtol=1e-9, gtol=1e-10)
         state = problem.state(found.x)
         state = state._replace(offsets=np.clip(state.offsets, -model.reach, model.reach))
@@ -113,14 +87,14 @@ def fitted(model: Model, begin: State, freedom: Freedom, covariances: list[Array
                [_distances(*pair) for pair in zip(white, residuals, strict=True)])
 
 
-def roughly(model: Model, begin: State, freedom: Freedom) -> Fit:
+def roughly(model: Model, begin: State, steps: Array) -> Fit:
     """Return a fit with an assumed spread of centimetres, to choose where to begin."""
     covariances = [np.tile(np.diag(_ROUGH[:each.size]), (len(each), 1, 1))
                    for each, _ in model.seen]
-    return fitted(model, begin, freedom, covariances, _ROUGHLY)
+    return fitted(model, begin, steps, covariances, _ROUGHLY)
 
 
-def settled(model: Model, begin: State, freedom: Freedom) -> Fit:
+def settled(model: Model, begin: State, steps: Array) -> Fit:
     """
     Return the fit with the spread of the observations.
 
@@ -135,16 +109,16 @@ def settled(model: Model, begin: State, freedom: Freedom) -> Fit:
         for given, base, each in zip(_given(model), known, residuals, strict=True)]
     if not any(given is None for given in _given(model)):
         covariances = _scaled(covariances, residuals)
-    fit = fitted(model, begin, freedom, covariances, _ROUGHLY)
+    fit = fitted(model, begin, steps, covariances, _ROUGHLY)
     found = [Scatter(each) for each in covariances]
     for _ in range(_ROUNDS):
-        found = _scatters(model, fit, known, velocities, freedom.size, found)
+        found = _scatters(model, fit, known, velocities, steps.shape[1], found)
         before, covariances = covariances, [each.covariances for each in found]
         begin = fit.state
         if _same(before, covariances):
             break
-        fit = fitted(model, begin, freedom, covariances, _ROUGHLY)
-    return fitted(model, begin, freedom, covariances, _EXACTLY)._replace(
+        fit = fitted(model, begin, steps, covariances, _ROUGHLY)
+    return fitted(model, begin, steps, covariances, _EXACTLY)._replace(
         jitters_s=tuple(each.jitter_s for each in found))
 
 
@@ -212,12 +186,13 @@ class _Problem:
     and spend ten rounds on doubling it.
     """
 
-    def __init__(self, model: Model, begin: State, freedom: Freedom, white: list[Array]) -> None:
+    def __init__(self, model: Model, begin: State, steps: Array, white: list[Array]) -> None:
         self._model, self._white = model, white
-        self._origin, self._basis = freedom.origin(begin), freedom.basis
-        self._begin = freedom.nearest(model.unknowns, begin)
+        self._origin, self._basis = model.origin(begin), steps
+        self._begin = np.linalg.lstsq(
+            steps, model.unknowns.step_to(self._origin, begin), rcond=None)[0]
         self._last: tuple[Array, State] | None = None
-        self._moving = freedom.basis.any(axis=1)
+        self._moving = steps.any(axis=1)
         sizes = [np.full(len(each), each.shape[1]) for each in white]
         self._sizes = np.concatenate(sizes)
         self._owner = np.repeat(np.arange(len(self._sizes)), self._sizes)

@@ -27,14 +27,14 @@ _NEAR_M, _NEAR_RAD = 0.01, 0.01
 _RANK = 1e-3
 
 
-def starts(few: Model, tree: State, offsets: Sequence[float]) -> list[State]:
+def starts(few: Model, offsets: Sequence[float]) -> list[State]:
     """
     Return the starts, the best first: one with the tree's edges, one with closed forms.
 
     :param few: a model of some observations.
-    :param tree: the values of the unknowns in the tree.
     :param offsets: seconds; each is tried for all sensors.
     """
+    tree = few.tree_values
     found: list[list[tuple[float, State]]] = [[], []]
     for offset in offsets:
         begin = _with_places(few, tree._replace(offsets=np.full(len(tree.offsets), offset)))
@@ -115,7 +115,7 @@ def _edge_of(model: Model, state: State, number: int, index: int) -> Array | Non
     placed = model.placed(index, state)
     edge = state.edges[number]
     fixed_T_near, far_T_target = _around(placed, link, edge, upwards, as_poses(each.seen))
-    guess = np.array(se3.inverse_many(edge[None])[0]) if upwards else edge
+    guess = se3.inverse_many(edge) if upwards else edge
     if each.size == 3:
         if each.place is None:
             return None
@@ -126,10 +126,9 @@ def _edge_of(model: Model, state: State, number: int, index: int) -> Array | Non
         solved = _by_poses(fixed_T_near, se3.inverse_many(far_T_target), guess)
     else:
         solved = _where_most_are(se3.compose_many(
-            se3.compose_many(se3.inverse_many(fixed_T_near),
-                             np.broadcast_to(each.place, fixed_T_near.shape)),
+            se3.compose_many(se3.inverse_many(fixed_T_near), each.place),
             se3.inverse_many(far_T_target)))
-    return np.array(se3.inverse_many(solved[None])[0]) if upwards else solved
+    return se3.inverse_many(solved) if upwards else solved
 
 
 def _around(placed: Placed, link: int, edge: Array, upwards: bool,
@@ -137,7 +136,7 @@ def _around(placed: Placed, link: int, edge: Array, upwards: bool,
     """Return the poses before an edge, and of the target seen from behind it, (N, 7)."""
     before = placed.fixed_T_parents[link]
     if upwards:
-        before = se3.compose_many(before, np.broadcast_to(edge, before.shape))
+        before = se3.compose_many(before, edge)
     after = placed.fixed_T_stretches[link + 1]
     fixed_T_target = se3.compose_many(placed.fixed_T_sensor, seen)
     return before, se3.compose_many(se3.inverse_many(after), fixed_T_target)

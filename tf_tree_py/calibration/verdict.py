@@ -21,8 +21,8 @@ import numpy as np
 from tf_tree_py.core import Pose
 
 from .at_rest import Contradiction
-from .model import Model, State, Unknowns
-from .observability import freedom_of, held_directions, Limits
+from .model import Model, Unknowns
+from .observability import free_steps, held_directions
 from .observations import Array, Mask
 from .solve import Fit, fitted, Precision
 from .spread import inflation
@@ -77,8 +77,8 @@ FREE = {Verdict.NOTHING: (False, False), Verdict.EDGE: (True, False),
 """Whether edges and whether offsets are estimated."""
 
 
-def explanations(model: Model, tree: State, full: Fit, sure: Precision,
-                 inliers: Sequence[Mask], limits: Limits) -> list[Explanation]:
+def explanations(model: Model, full: Fit, sure: Precision,
+                 inliers: Sequence[Mask]) -> list[Explanation]:
     """
     Return all four explanations, fitted to the same observations with the same spread.
 
@@ -94,12 +94,11 @@ def explanations(model: Model, tree: State, full: Fit, sure: Precision,
     left = max(numbers - sure.free, 1.0) / numbers
     scale = max(inflation(np.concatenate(full.distances), full.sizes) / left, 1e-9)
     for name, free in FREE.items():
-        without = held_directions(model, tree, full.state, sure.information,
-                                  _free(model, *free), limits)
-        freedom = freedom_of(model.unknowns, tree, without, limits)
+        steps = free_steps(model, held_directions(
+            model, full.state, sure.information, _free(model, *free)))
         fit = full if all(free) else fitted(
-            model, full.state, freedom, full.covariances, _ACCURACY)
-        misfit, count = fit.cost / (time * scale), freedom.size
+            model, full.state, steps, full.covariances, _ACCURACY)
+        misfit, count = fit.cost / (time * scale), steps.shape[1]
         made.append(Explanation(
             name, misfit + _penalty(count, numbers, time), misfit, count,
             *_unexplained(fit, inliers), tuple(fit.state.offsets.tolist())))
