@@ -8,7 +8,7 @@ Stale frames have grey axes. The uncertainty of the chosen frame's position is a
 around it.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -21,7 +21,6 @@ from .links import Links
 from .sensor_points import Seen, SensorPoints
 from ..framing.camera import Camera, lengths_on_screen
 from ..model import colours
-from ..model.colours import Colours
 from ..model.moment import Ellipsoid, Moment
 
 Colour = tuple[int, int, int]
@@ -55,11 +54,11 @@ class Ground:
         node.cell_color, node.section_color = _DARK if dark else _LIGHT
 
 
-# --- stale axes
+# --- the scene
 
 _RADIUS: Final = 0.035
 
-# A box from 0 to 1 along x: eight corners, and twelve triangles.
+# A grey axis, a box from 0 to 1 along x: eight corners, and twelve triangles.
 _CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 _CORNERS[:, 1:] *= _RADIUS
 _SIDES = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
@@ -68,88 +67,7 @@ _SIDES = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5,
 _VERTICES = np.concatenate([np.roll(_CORNERS, axis, axis=1) for axis in range(3)])
 _FACES = np.concatenate([_SIDES + 8 * axis for axis in range(3)])
 
-
-class StaleAxes:
-    """The grey axes of one page: one node, which exists only while a frame is stale."""
-
-    def __init__(self, scene: Any, on_click: Callable[[int], None]) -> None:
-        """
-        Begin without axes.
-
-        :param on_click: is called with the index of a frame when its axes are clicked.
-        """
-        self._scene = scene
-        self._on_click = on_click
-        self._places = np.empty(0, np.int64)
-        self._node: Any = None
-
-    def draw(self, places: npt.NDArray[np.int64], positions: Array, rotations: Array,
-             greys: Colours, lengths: Array) -> None:
-        """
-        Show the axes of some frames.
-
-        :param places: (N,) indices of the frames in the moment.
-        :param rotations: (N, 4) quaternions w x y z.
-        :param lengths: (N,) of the axes, metres.
-        """
-        if len(places) != len(self._places) and self._node is not None:
-            self._node.remove()
-            self._node = None
-        self._places = places
-        if not len(places):
-            return
-        if self._node is None:
-            self._node = self._scene.add_batched_meshes_simple(
-                '/stale', _VERTICES, _FACES, rotations, positions, batched_colors=greys,
-                lod='off', cast_shadow=False, receive_shadow=False, scale=1.0,
-                batched_scales=lengths)
-            self._node.on_click(self._clicked)
-            return
-        self._node.batched_positions, self._node.batched_wxyzs = positions, rotations
-        self._node.batched_scales = lengths
-        self._node.batched_colors = greys
-
-    def _clicked(self, event: Any) -> None:
-        index = event.instance_index
-        if index is not None and index < len(self._places):
-            self._on_click(int(self._places[index]))
-
-
-# --- uncertainty
-
 _OPACITY: Final = 0.3
-
-
-class UncertaintyEllipsoid:
-    """Draws one ellipsoid on one page."""
-
-    def __init__(self, scene: Any) -> None:
-        self._scene = scene
-        self._node: Any = None
-
-    def draw(self, ellipsoid: Ellipsoid | None, positions: Array) -> None:
-        """
-        Show an ellipsoid; None: hide it.
-
-        :param positions: (N, 3) of the moment's frames, metres.
-        """
-        if ellipsoid is None:
-            if self._node is not None:
-                self._node.visible = False
-            return
-        if self._node is None:
-            self._node = self._scene.add_icosphere(
-                '/doubt', color=colours.CHOSEN, opacity=_OPACITY, cast_shadow=False,
-                receive_shadow=False)
-        x, y, z, w = ellipsoid.rotation
-        self._node.scale = tuple(ellipsoid.semi_axes.tolist())
-        self._node.wxyz = (w, x, y, z)
-        self._node.position = tuple(positions[ellipsoid.place].tolist())
-        self._node.visible = True
-
-
-# --- the scene
-
 _THICKNESS: Final = 2.5
 # The size of a sensor's points, as a share of the length of the axes.
 _POINT: Final = 0.15
@@ -215,11 +133,11 @@ class Scene:
         self._frames: tuple[str, ...] = ()
         self._nodes: dict[str, Any] = {}
         self._ground = Ground(self._scene)
-        self._stale = StaleAxes(self._scene, self._clicked)
+        # Those with grey axes.
+        self._stale: tuple[str, ...] = ()
         self._labels = Labels(self._scene)
         self.links = Links(self._scene)
         self._sensors = SensorPoints(self._scene)
-        self._doubt = UncertaintyEllipsoid(self._scene)
 
     def draw(self, moment: Moment, look: Appearance, ellipsoid: Ellipsoid | None,
              camera: Camera | None, seen: Mapping[str, Seen]) -> None:
@@ -241,7 +159,7 @@ class Scene:
             self.links.draw(moment, positions, shown & look.links, look.opacity)
             first = [*([look.chosen] if look.chosen else []), *look.found]
             self._labels.draw(moment.frames, positions, shown, camera, first, look.names)
-            self._doubt.draw(ellipsoid, positions)
+            self._draw_ellipsoid(ellipsoid, positions)
             self._sensors.draw(seen, look.origin, look.axes_length * _POINT)
 
     # --- parts
@@ -256,13 +174,25 @@ class Scene:
         self._update('axes', self._new_axes, batched_positions=positions,
                      batched_wxyzs=rotations, batched_scales=lengths * fresh)
         stale = np.flatnonzero(shown & moment.stale & look.axes)
-        self._stale.draw(stale, positions[stale], rotations[stale],
-                         colours.greys(moment.ages[stale]), lengths[stale])
+        if len(stale) != len(self._stale):
+            self._remove('stale')
+        self._stale = tuple(moment.frames[place] for place in stale)
+        if self._stale:
+            self._update('stale', self._new_stale_axes, batched_positions=positions[stale],
+                         batched_wxyzs=rotations[stale], batched_scales=lengths[stale],
+                         batched_colors=colours.greys(moment.ages[stale]))
 
     def _new_axes(self, **props: Any) -> Any:
         axes = self._scene.add_batched_axes(
             '/axes', axes_length=1.0, axes_radius=_RADIUS, **props)
-        axes.on_click(lambda event: self._clicked(event.instance_index))
+        axes.on_click(lambda event: self._clicked(event.instance_index, self._frames))
+        return axes
+
+    def _new_stale_axes(self, **props: Any) -> Any:
+        axes = self._scene.add_batched_meshes_simple(
+            '/stale', _VERTICES, _FACES, lod='off', cast_shadow=False, receive_shadow=False,
+            scale=1.0, **props)
+        axes.on_click(lambda event: self._clicked(event.instance_index, self._stale))
         return axes
 
     def _draw_lines(self, moment: Moment, look: Appearance, shown: npt.NDArray[np.bool_],
@@ -301,6 +231,17 @@ class Scene:
                 points=positions[places], colors=colour,
                 point_size=float(lengths[places].min()) / 3.0)
 
+    def _draw_ellipsoid(self, ellipsoid: Ellipsoid | None, positions: Array) -> None:
+        if ellipsoid is None:
+            self._remove('doubt')
+            return
+        x, y, z, w = ellipsoid.rotation
+        self._update('doubt', lambda **props: self._scene.add_icosphere(
+            '/doubt', color=colours.CHOSEN, opacity=_OPACITY, cast_shadow=False,
+            receive_shadow=False, **props),
+            scale=tuple(ellipsoid.semi_axes.tolist()), wxyz=(w, x, y, z),
+            position=tuple(positions[ellipsoid.place].tolist()))
+
     # --- nodes
 
     def _update(self, name: str, make: Callable[..., Any], **props: Any) -> None:
@@ -317,9 +258,9 @@ class Scene:
         if node is not None:
             node.remove()
 
-    def _clicked(self, index: int | None) -> None:
-        if index is not None and index < len(self._frames):
-            self._on_click(self._frames[index])
+    def _clicked(self, index: int | None, frames: Sequence[str]) -> None:
+        if index is not None and index < len(frames):
+            self._on_click(frames[index])
 
 
 def _as_light(seen: colours.Colours) -> colours.Colours:
