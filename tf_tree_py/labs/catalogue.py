@@ -5,36 +5,14 @@
 
 from collections.abc import Callable
 import importlib
-from types import ModuleType
 from typing import NamedTuple
 
-from . import (
-    anchor,
-    calibrate,
-    continuous,
-    cycle,
-    direction,
-    gyro,
-    interpolation,
-    latency,
-    one_edge,
-    order,
-    planar,
-    prediction,
-    remount,
-    splat,
-    startup,
-    static_spam,
-    switch_over,
-    uncertainty,
-    warehouse,
-)
 from .report import Report
 
-_COURSE = (order, direction, planar, latency, interpolation, warehouse, startup, static_spam,
-           cycle, remount, one_edge, uncertainty, calibrate, continuous, gyro, prediction,
-           switch_over, anchor, splat)
-_LIVE = (latency, remount, one_edge, startup, static_spam, cycle, anchor)
+_COURSE = ('order', 'direction', 'planar', 'latency', 'interpolation', 'warehouse', 'startup',
+           'static_spam', 'cycle', 'remount', 'one_edge', 'uncertainty', 'calibrate',
+           'continuous', 'gyro', 'prediction', 'switch_over', 'anchor', 'splat')
+_LIVE = ('latency', 'remount', 'one_edge', 'startup', 'static_spam', 'cycle', 'anchor')
 
 
 class Lab(NamedTuple):
@@ -61,9 +39,9 @@ class Lab(NamedTuple):
         return module.run()  # type: ignore[no-any-return]
 
 
-def _lab(module: ModuleType) -> Lab:
-    name = module.__name__.rpartition('.')[2].replace('_', '-')
-    return Lab(name, module.SUMMARY, module.run, module in _LIVE)
+def _lab(module_name: str) -> Lab:
+    module = importlib.import_module(f'.{module_name}', __package__)
+    return Lab(module_name.replace('_', '-'), module.SUMMARY, module.run, module_name in _LIVE)
 
 
 LABS = {lab.name: lab for lab in map(_lab, _COURSE)}
