@@ -20,12 +20,10 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 from tf_tree_py.core.stamp import as_seconds, from_seconds
-from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped
-from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import dynamic_qos, TF_TOPIC
 
-from .live_session import answer, executable, PATIENCE_S, session, ticks
+from .live_session import answer, executable, listening, PATIENCE_S, session, ticks
 from ..anchor import COVARIANCE, driven, LATE_S, LIMITS, measured, odometry, Pass, sightings, STEP
 from ..report import Column, Report, Table
 
@@ -69,8 +67,8 @@ def anchor() -> AbstractContextManager[None]:
 def run(seconds: float = _SECONDS) -> Report:
     """Let the robot drive in real time, and record its published poses."""
     with session() as lab, anchor():
-        buffer = Buffer(cache_time=Duration(seconds=seconds + 60.0))
-        with TransformListener(buffer, lab.node('planner')):
+        kept = Duration(seconds=seconds + 60.0)
+        with listening(lab.node('planner'), cache_time=kept) as buffer:
             pipe = lab.start(robot, seconds)
             began = answer(pipe)
             while answer(pipe) is not None:

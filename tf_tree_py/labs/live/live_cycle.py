@@ -20,9 +20,8 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import PATIENCE_S, session, ticks
+from .live_session import listening, PATIENCE_S, session, ticks
 from ..cycle import BASE_T_ODOM, BELOW, FRAMES, ODOM_T_BASE
 from ..report import Column, Report, Table
 
@@ -69,9 +68,8 @@ def run(seconds: float = _WATCHED_S) -> Report:
     """Start the first publisher, then the second, and look up continuously."""
     answers: Counter[str] = Counter()
     with session() as lab:
-        buffer, refusals = Buffer(), Refusals()
-        buffer.observers.add(refusals)
-        with TransformListener(buffer, lab.node('robot')):
+        refusals = Refusals()
+        with listening(lab.node('robot'), [refusals]) as buffer:
             lab.start(ekf)
             buffer.lookup_transform('odom', 'camera', Time(), Duration(seconds=int(PATIENCE_S)))
             lab.start(wheel_odometry)

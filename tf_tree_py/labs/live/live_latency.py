@@ -19,9 +19,8 @@ from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose, transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import session, ticks
+from .live_session import listening, session, ticks
 from ..latency import BASE_T_CAMERA, DELAYS, PERIOD, pose_at, SPEEDS
 from ..pictures import STYLES
 from ..report import Column, Report, Table
@@ -59,18 +58,6 @@ class LookupErrors(NamedTuple):
     now_raised: bool
 
 
-class Fit(NamedTuple):
-    """
-    The fit of error = v (delay - age).
-
-    :ivar slope: v, metres per second.
-    :ivar age: the mean age of the latest, seconds.
-    """
-
-    slope: float
-    age: float
-
-
 def publish(node: Node, pipe: Connection, begin: int) -> None:
     """Drive a robot at each speed since ``begin``, and publish their poses at 100 Hz."""
     moving, fixed = TransformBroadcaster(node), StaticTransformBroadcaster(node)
@@ -95,9 +82,8 @@ def run(images: int = _IMAGES) -> Report:
     """Take images, and look up the pose of the camera, in time and too late."""
     begin = time.time_ns()
     with session() as lab:
-        buffer, arrivals = Buffer(), Ages()
-        buffer.observers.add(arrivals)
-        with TransformListener(buffer, lab.node('lookup')):
+        arrivals = Ages()
+        with listening(lab.node('lookup'), [arrivals]) as buffer:
             lab.start(publish, begin)
             for speed in SPEEDS:
                 buffer.lookup_transform('odom', _camera(speed), Time(), _PATIENCE)
@@ -149,8 +135,8 @@ def _report(looks: list[LookupErrors], ages: Any) -> Report:
     median, most, worst = (float(np.quantile(ages, q)) for q in (0.5, 0.99, 1.0))
     stamped = max(abs(look.stamped) for look in looks)
     raised = sum(look.now_raised for look in looks)
-    behind = float(np.mean([fit.age for fit in fits.values()]))
-    written = ', '.join(f'{speed:g} m/s: {fit.slope:.3f}' for speed, fit in fits.items())
+    behind = float(np.mean([age for _, age in fits.values()]))
+    written = ', '.join(f'{speed:g} m/s: {slope:.3f}' for speed, (slope, _) in fits.items())
     return Report(
         tables=[_table(looks), Table(
             "The time from a transform's stamp to its insertion in another process",
@@ -162,7 +148,7 @@ def _report(looks: list[LookupErrors], ages: Any) -> Report:
             f'm/s, for {written}), minus the age of the latest, {behind * 1e3:.1f} ms; '
             f"with the header's stamp it is {max(stamped * 1e3, 1e-6):.1g} mm at most.",
         remarks=[f'{raised} of {len(looks)} lookups of the current time raised an error.'],
-        numbers={'slopes': {str(speed): fit.slope for speed, fit in fits.items()},
+        numbers={'slopes': {str(speed): slope for speed, (slope, _) in fits.items()},
                  'worst_beside_law_m': max(
                      abs(look.latest - look.speed * as_seconds(look.newer)) for look in looks),
                  'latest_is_old_s': behind, 'transport_median_s': median, 'transport_p99_s': most,
@@ -171,11 +157,12 @@ def _report(looks: list[LookupErrors], ages: Any) -> Report:
         draw=partial(_draw, looks, fits))
 
 
-def _fit(looks: list[LookupErrors], speed: float) -> Fit:
+def _fit(looks: list[LookupErrors], speed: float) -> tuple[float, float]:
+    """Fit error = v (delay - age); return v, and the mean age of the latest, seconds."""
     delays, errors = zip(*[(as_seconds(look.delay), look.latest)
                            for look in looks if look.speed == speed], strict=True)
     slope, error_at_zero = np.polyfit(delays, errors, 1)
-    return Fit(float(slope), float(-error_at_zero / slope))
+    return float(slope), float(-error_at_zero / slope)
 
 
 def _table(looks: list[LookupErrors]) -> Table:
@@ -197,7 +184,7 @@ def _table(looks: list[LookupErrors]) -> Table:
          Column('now_raised', 'now: raised an error [%]', '.0f', 100.0)), rows)
 
 
-def _draw(looks: list[LookupErrors], fits: dict[float, Fit], figure: Any) -> None:
+def _draw(looks: list[LookupErrors], fits: dict[float, tuple[float, float]], figure: Any) -> None:
     axes = figure.subplots()
     for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
         own = [look for look in looks if look.speed == speed]

@@ -13,12 +13,10 @@ from rclpy.node import Node
 from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import answers, Session, session, ticks
+from .live_session import answers, listening, Session, session, ticks
 from ..remount import Module, MODULES, moving, REMOUNT, REMOUNTED, SENSORS
 from ..report import Column, Report, Table
 
@@ -53,9 +51,8 @@ def publish(node: Node, pipe: Connection) -> None:
 
 def perceive(node: Node, pipe: Connection, modules: Sequence[Module]) -> None:
     """Run some modules: look up their sensors 50 times a second, and report changes."""
-    buffer = Buffer()
     reported: dict[Module, Pose] = {}
-    with TransformListener(buffer, node):
+    with listening(node) as buffer:
         for _ in ticks(pipe, _PERIOD):
             for module in modules:
                 try:

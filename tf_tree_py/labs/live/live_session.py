@@ -23,12 +23,17 @@ import sys
 import threading
 import time
 from typing import Any
+from unittest import mock
 
 import rclpy
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
+from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.ros.buffer.buffer import Buffer
+from tf_tree_py.ros.topics.listener import TransformListener
 
 # Users choose smaller numbers. The ports of these are above Linux's ephemeral ports.
 FIRST_DOMAIN, DOMAINS = 216, 16
@@ -123,7 +128,8 @@ class Session:
 @contextmanager
 def session() -> Iterator[Session]:
     """Open a session in a separate domain, and close it at the end."""
-    with own_domain() as domain_id, _environment(_surroundings(domain_id)):
+    with own_domain() as domain_id, mock.patch.dict(os.environ):
+        _surround_by(domain_id)
         opened = Session(new_context(), domain_id)
         try:
             yield opened
@@ -132,29 +138,10 @@ def session() -> Iterator[Session]:
                 opened.close()
 
 
-def _surroundings(domain_id: int) -> dict[str, str | None]:
-    """Return the environment variables for a domain on this machine only."""
-    return {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': None,
-            'ROS_DOMAIN_ID': str(domain_id)}
-
-
-@contextmanager
-def _environment(variables: dict[str, str | None]) -> Iterator[None]:
-    """Set variables (unset those that are None), and restore them at the end."""
-    before = {name: os.environ.get(name) for name in variables}
-    _set(variables)
-    try:
-        yield
-    finally:
-        _set(before)
-
-
-def _set(variables: dict[str, str | None]) -> None:
-    for name, value in variables.items():
-        if value is None:
-            os.environ.pop(name, None)
-        else:
-            os.environ[name] = value
+def _surround_by(domain_id: int) -> None:
+    """Set the environment variables for a domain on this machine only."""
+    os.environ |= {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(domain_id)}
+    os.environ.pop('ROS_STATIC_PEERS', None)
 
 
 @contextmanager
@@ -186,7 +173,7 @@ def _keeping_ctrl_c() -> Iterator[None]:
 def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ...]) -> None:
     """Run in a started process; Ctrl-C is for the lab, whose end closes the pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _set(_surroundings(domain_id))
+    _surround_by(domain_id)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = small_node(work.__name__)
     # The lab has ended: it closed the pipe while we were reading or writing.
@@ -245,6 +232,17 @@ def ticks(pipe: Connection, period: int) -> Iterator[None]:
         yield
         # Ticks for which the machine was too busy are skipped.
         number = max(number, (time.monotonic_ns() - start) // period) + 1
+
+
+@contextmanager
+def listening(node: Node, observers: Sequence[Observer] = (),
+              cache_time: Duration | None = None) -> Iterator[Buffer]:
+    """Return a buffer that receives the transforms of the lab within the context."""
+    buffer = Buffer(cache_time)
+    for observer in observers:
+        buffer.observers.add(observer)
+    with TransformListener(buffer, node):
+        yield buffer
 
 
 @contextmanager

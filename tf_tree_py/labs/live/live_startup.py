@@ -12,12 +12,10 @@ from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
-from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import answer, new_context, session, small_node
+from .live_session import answer, listening, new_context, session, small_node
 from ..report import Report
 from ..startup import CHILD, measure, PARENT, POSE, report, Start, STARTS
 
@@ -54,8 +52,7 @@ def _start(publisher: Connection) -> tuple[dict[float, Start], float]:
     """Return the programs' results, and after how many seconds the transform was sent."""
     context = new_context()
     node = small_node('early_listener', context)
-    buffer = Buffer()
-    with TransformListener(buffer, node):
+    with listening(node) as buffer:
         begin = time.monotonic()
         one = measure(lambda timeout: buffer.lookup_transform(
             PARENT, CHILD, Time(), Duration(nanoseconds=from_seconds(timeout))),

@@ -3,11 +3,11 @@
 
 """Spam over DDS: a calibration is sent 100 times a second, or once, to ten subscribers."""
 
+from contextlib import ExitStack
 from multiprocessing.connection import Connection
 import time
 from typing import Any, NamedTuple
 
-from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
@@ -18,9 +18,16 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from tf_tree_py.ros.topics.listener import TransformListener
 
-from .live_session import answer, new_context, PATIENCE_S, session, small_node, ticks
+from .live_session import (
+    answer,
+    listening,
+    new_context,
+    PATIENCE_S,
+    session,
+    small_node,
+    ticks,
+)
 from ..report import Column, Report, Table
 from ..static_spam import CHILD, PARENT, POSE, RATE_HZ, SUBSCRIBERS
 
@@ -60,22 +67,15 @@ def subscribe(_: Node, pipe: Connection, number: int) -> None:
     """Run subscribers, each as if in its own process; wait for an edge and measure on request."""
     contexts = [new_context() for _ in range(number)]
     nodes = [small_node('subscriber', context) for context in contexts]
-    buffers = [Buffer() for _ in nodes]
-    listeners = [TransformListener(buffer, node)
-                 for buffer, node in zip(buffers, nodes, strict=True)]
     try:
-        while True:
-            pipe.send(_do(pipe.recv(), buffers))
+        with ExitStack() as listeners:
+            buffers = [listeners.enter_context(listening(node)) for node in nodes]
+            while True:
+                pipe.send(_do(pipe.recv(), buffers))
     finally:
-        for listener in listeners:
-            listener.close()
-        _end(nodes, contexts)
-
-
-def _end(nodes: list[Node], contexts: list[Context]) -> None:
-    for node, context in zip(nodes, contexts, strict=True):
-        node.destroy_node()
-        context.try_shutdown()
+        for node, context in zip(nodes, contexts, strict=True):
+            node.destroy_node()
+            context.try_shutdown()
 
 
 def _do(order: Any, buffers: list[Buffer]) -> Any:
@@ -106,21 +106,19 @@ def run(seconds: float = _SECONDS) -> Report:
     """Measure the static edge, then the spam; then end the spammer."""
     size = len(serialize_message(TFMessage(transforms=[
         transform_stamped(PARENT, CHILD, time.time_ns(), POSE)])))
-    with session() as lab:
-        buffer = Buffer()
-        with TransformListener(buffer, lab.node('robot')):
-            pipes = [lab.start(subscribe, SUBSCRIBERS // _PROCESSES) for _ in range(_PROCESSES)]
-            lab.start(once)
-            quiet = _measure('once, static', pipes, _STATIC, seconds, size)
-            spammer = lab.start(spam)
-            loud = _measure(f'{RATE_HZ} Hz, as if it moved', pipes, _SPAMMED, seconds, size)
-            # This buffer's listener may be the last to discover either sender.
-            for child in (_STATIC, _SPAMMED):
-                buffer.lookup_within(PATIENCE_S, PARENT, child)
-            spammer.send('end')
-            use = answer(spammer)
-            loud = loud._replace(sender_cpu=use.cpu_s / use.seconds)
-            after = _ask(buffer)
+    with session() as lab, listening(lab.node('robot')) as buffer:
+        pipes = [lab.start(subscribe, SUBSCRIBERS // _PROCESSES) for _ in range(_PROCESSES)]
+        lab.start(once)
+        quiet = _measure('once, static', pipes, _STATIC, seconds, size)
+        spammer = lab.start(spam)
+        loud = _measure(f'{RATE_HZ} Hz, as if it moved', pipes, _SPAMMED, seconds, size)
+        # This buffer's listener may be the last to discover either sender.
+        for child in (_STATIC, _SPAMMED):
+            buffer.lookup_within(PATIENCE_S, PARENT, child)
+        spammer.send('end')
+        use = answer(spammer)
+        loud = loud._replace(sender_cpu=use.cpu_s / use.seconds)
+        after = _ask(buffer)
     return _report([loud, quiet], use.transforms / use.seconds, after, size)
 
 
