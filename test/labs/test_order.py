@@ -3,25 +3,26 @@
 
 """The golden example, its exercise, the wrong order, and the effect of a wrong rotation."""
 
-from lab_reports import report_of
+from lab_reports import report_of, rows_of
 import numpy as np
 import pytest
 from tf_tree_py.core import Pose
-from tf_tree_py.labs.order import EXAMPLE, EXERCISE, LEFT_TURN, point, steps, symptoms, tree
+from tf_tree_py.labs.order import EXAMPLE, EXERCISE, LEFT_TURN, point, tree
 
-LEFT, AHEAD = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
+LEFT, AHEAD = '(0.0, 1.0, 0.0)', '(1.0, 0.0, 0.0)'
 
 
 def test_example_step_by_step():
-    assert [step.origin for step in steps(EXAMPLE)] == [
-        (2.0, 0.0, 0.0), (2.5, 1.0, 0.0), (2.7, 1.0, 0.8)]
+    assert [row['origin_m'] for row in rows_of('order', 1)] == [
+        '(2.0, 0.0, 0.0)', '(2.5, 1.0, 0.0)', '(2.7, 1.0, 0.8)', '(3.7, 1.0, 0.8)']
     assert point(EXAMPLE) == (3.7, 1.0, 0.8)
 
 
 def test_exercise_step_by_step():
-    assert [step.origin for step in steps(EXERCISE)] == [
-        (2.0, 0.0, 0.0), (2.5, 1.0, 0.0), (2.5, 1.2, 0.8)]
-    assert steps(EXERCISE)[-1].forward == LEFT
+    *steps, seen = rows_of('order', 2)
+    assert [row['origin_m'] for row in steps] == [
+        '(2.0, 0.0, 0.0)', '(2.5, 1.0, 0.0)', '(2.5, 1.2, 0.8)']
+    assert steps[-1]['forward'] == LEFT and seen['origin_m'] == '(2.5, 2.2, 0.8)'
     assert point(EXERCISE) == (2.5, 2.2, 0.8)
 
 
@@ -45,11 +46,11 @@ def test_turn_then_go_is_not_go_then_turn():
 
 
 def test_each_wrong_edge_has_a_symptom_of_its_own():
-    none, map_odom, odom_base, base_camera = symptoms()
-    told = {row.edge: (row.base_in_odom, row.base_in_map, row.camera_in_base)
-            for row in symptoms()}
-    assert len(set(told.values())) == 4
-    assert told[none.edge] == (AHEAD, AHEAD, AHEAD)
-    assert (map_odom.base_in_odom, map_odom.base_in_map) == (AHEAD, LEFT)
-    assert odom_base.base_in_odom == LEFT and odom_base.camera_in_base == AHEAD
-    assert base_camera.base_in_map == AHEAD and base_camera.camera_in_base == LEFT
+    none, map_odom, odom_base, base_camera = (
+        (row['base_in_odom'], row['base_in_map'], row['camera_in_base'])
+        for row in rows_of('order', 4))
+    assert len({none, map_odom, odom_base, base_camera}) == 4
+    assert none == (AHEAD, AHEAD, AHEAD)
+    assert map_odom[:2] == (AHEAD, LEFT)
+    assert odom_base[0] == LEFT and odom_base[2] == AHEAD
+    assert base_camera[1:] == (AHEAD, LEFT)

@@ -7,7 +7,6 @@ from math import cos, degrees, radians, sin
 
 from lab_reports import report_of, rows_of
 import pytest
-from tf_tree_py.labs.planar import everywhere
 
 
 def test_error_on_the_floor_is_h_sin_of_the_tilt_about_either_axis():
@@ -39,8 +38,9 @@ def test_tilt_of_roll_and_pitch_together():
 
 
 def test_ahead_the_height_is_lost_and_above_the_place():
-    ahead, beside, above, _ = everywhere(radians(5.0))
-    assert ahead.up == pytest.approx(2.0 * sin(radians(5.0)))
-    assert ahead.floor == pytest.approx(2.0 * (1.0 - cos(radians(5.0))))
-    assert beside.up == pytest.approx(0.0, abs=1e-12)
-    assert (above.floor, above.up) == (pytest.approx(ahead.up), pytest.approx(ahead.floor))
+    ahead, beside, above, _ = rows_of('planar', 1)
+    assert ahead['up_m'] == pytest.approx(2.0 * sin(radians(5.0)))
+    assert ahead['floor_m'] == pytest.approx(2.0 * (1.0 - cos(radians(5.0))))
+    assert beside['up_m'] == pytest.approx(0.0, abs=1e-12)
+    assert (above['floor_m'], above['up_m']) == (
+        pytest.approx(ahead['up_m']), pytest.approx(ahead['floor_m']))

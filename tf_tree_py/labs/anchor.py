@@ -91,47 +91,29 @@ def sightings(seconds: float, rate_hz: float = RATE_HZ) -> Iterator[tuple[int, P
 COVARIANCE = np.diag([SIGMA_M**2] * 2 + [1e-6] * 3 + [SIGMA_RAD**2])
 
 
-class Unanchored:
-    """Publishes only the initial pose of odom, which is known."""
+class Held:
+    """Publishes a pose of odom, at first the known one, which each pose of the robot replaces."""
 
-    name = 'no anchor'
+    def __init__(self, name: str, placed: Callable[[Pose, Pose, Pose], Pose]) -> None:
+        """
+        Hold the known pose.
+
+        :param placed: returns map_T_odom for the pose in an image, and the odometry at the time
+            of the image and now.
+        """
+        self.name, self._placed = name, placed
+        self._map_T_odom = driven(0)
 
     def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
-        """Ignore a sighting."""
+        """Place odom by a pose that has arrived."""
+        self._map_T_odom = self._placed(seen, odom_T_then, odom_T_now)
 
     def publish(self, stamp: int, odom_T_now: Pose) -> Pose:
         """Return map_T_odom."""
-        return driven(0)
+        return self._map_T_odom
 
 
-class Naive(Unanchored):
-    """Publishes each pose on arrival, as if it were current."""
-
-    name = 'published when it comes'
-
-    def __init__(self) -> None:
-        self._held = driven(0)
-
-    def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
-        """Place the robot where it was in the image."""
-        self._held = seen @ odom_T_now.inverse()
-
-    def publish(self, stamp: int, odom_T_now: Pose) -> Pose:
-        """Return map_T_odom."""
-        return self._held
-
-
-class OldStamp(Naive):
-    """Compares each pose with the odometry of its own stamp, and accepts all."""
-
-    name = 'at its old stamp, ungated'
-
-    def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
-        """Place the robot where it is now according to the odometry since the image."""
-        self._held = seen @ odom_T_then.inverse()
-
-
-class Anchored(Unanchored):
+class Anchored:
     """``tf_tree_py.beyond.corrections.anchor``."""
 
     name = 'relocalisation_anchor'
@@ -150,11 +132,11 @@ class Anchored(Unanchored):
         return self._anchor.publish(stamp, odom_T_now) or driven(0)
 
 
-def passed(way: Unanchored, seconds: float = _DURATION_S, rate_hz: float = RATE_HZ) -> Pass:
+def passed(way: Held | Anchored, rate_hz: float = RATE_HZ) -> Pass:
     """Simulate a robot with one way to publish map -> odom."""
-    stamps = stamps_for(seconds)
-    odom_T_base = odometry(seconds)
-    coming = sightings(seconds, rate_hz)
+    stamps = stamps_for(_DURATION_S)
+    odom_T_base = odometry(_DURATION_S)
+    coming = sightings(_DURATION_S, rate_hz)
     seen_at, seen = next(coming)
     published = []
     for number, stamp in enumerate(stamps.tolist()):
@@ -180,16 +162,16 @@ def measured(name: str, stamps: Stamps, published: Array) -> Pass:
                 np.linalg.norm(np.diff(published[:, :3], axis=0), axis=1))
 
 
-WAYS: tuple[Callable[[], Unanchored], ...] = (Unanchored, Naive, OldStamp, Anchored)
-
-
 def run() -> Report:
     """Drive for four minutes, and compare the published poses with the true ones."""
-    ways = [way() for way in WAYS]
-    passes = [passed(way) for way in ways]
+    anchored = Anchored()
+    passes = [passed(way) for way in (
+        Held('no anchor', lambda seen, then, now: driven(0)),
+        Held('published when it comes', lambda seen, then, now: seen @ now.inverse()),
+        Held('at its old stamp, ungated', lambda seen, then, now: seen @ then.inverse()),
+        anchored)]
     often = passed(Anchored(), rate_hz=OFTEN_HZ)._replace(
         name=f'relocalisation_anchor, {OFTEN_HZ:g} Hz')
-    refused = next(way.refused for way in ways if isinstance(way, Anchored))
     first = int(np.searchsorted(stamps_for(_DURATION_S), _SETTLED))
     naive, ours = passes[1], passes[3]
     own = float(passes[0].steps.max())
@@ -199,13 +181,13 @@ def run() -> Report:
             f'{100 * np.median(naive.errors[first:]):.0f} cm here, and jumps; with the anchor the '
             f'error is {100 * np.median(ours.errors[first:]):.1f} cm, and no step exceeds the '
             "robot's motion plus the stated rate.",
-        remarks=[f'The anchor refused {refused} of {round(_DURATION_S * RATE_HZ)} poses, '
+        remarks=[f'The anchor refused {anchored.refused} of {round(_DURATION_S * RATE_HZ)} poses, '
                  'including the first, which no other pose had confirmed.'],
         numbers={'often_m': float(np.median(often.errors[first:])),
                  'often_step_m': float(often.steps[first:].max()),
                  'anchored_m': float(np.median(ours.errors[first:])),
                  'naive_m': float(np.median(naive.errors[first:])),
-                 'own_step_m': own, 'refused': refused},
+                 'own_step_m': own, 'refused': anchored.refused},
         draw=partial(_draw, [*passes, often], first, own))
 
 
@@ -225,7 +207,7 @@ def _table(passes: list[Pass], first: int) -> Table:
 def _draw(passes: list[Pass], first: int, own: float, figure: Any) -> None:
     errors, steps = figure.subplots(1, 2, sharey=True)
     names = [one.name for one in passes]
-    ours = [isinstance(way(), Anchored) for way in WAYS] + [True]
+    ours = [name.startswith(Anchored.name) for name in names]
     _bars(errors, names, ours, [float(np.median(one.errors[first:])) for one in passes], 0.3)
     errors.set(title='Median error [cm]')
     _bars(steps, names, ours, [float(one.steps[first:].max()) for one in passes], 0.1)

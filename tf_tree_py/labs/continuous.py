@@ -8,12 +8,13 @@ from math import degrees, radians
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from tf_tree_py.beyond.curves.spline import Spline
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import se3, UNLIMITED
 from tf_tree_py.core.geometry import so3
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.times import Stamps
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table
@@ -36,9 +37,6 @@ _EVENTS = 20_000
 # Near the first and the last pose a spline has only one neighbour.
 _MARGIN = 0.3
 _NEAR_KNOTS = 6
-
-Array = npt.NDArray[np.float64]
-Stamps = npt.NDArray[np.int64]
 
 
 def motion(stamps: Stamps) -> Array:
@@ -157,24 +155,18 @@ def contact(stamps: Stamps) -> Array:
     return np.maximum((_START + from_seconds(_SECONDS / 2) - stamps) * 1e-9, 0.0)
 
 
-class Wrong(NamedTuple):
-    """The largest errors at some distance from where a motion is not smooth, metres."""
+def wrong() -> list[tuple[float, ...]]:
+    """
+    Return the largest errors before a jump and before a contact, in bands of one knot.
 
-    knots: int
-    straight_jump: float
-    spline_jump: float
-    straight_contact: float
-    spline_contact: float
-
-
-def wrong() -> list[Wrong]:
-    """Return the errors before a jump and a contact, in bands of one knot."""
+    :return: the number of knots before, and metres: straight and spline, jump and contact.
+    """
     columns = []
     for height in (jump, contact):
         stamps = poses_at(JUMP_RATE_HZ)
         for buffer in _both(stamps, _upright(height(stamps)), JUMP_RATE_HZ):
             columns.append(_in_bands(buffer, height))
-    return [Wrong(number, *row) for number, row in enumerate(zip(*columns, strict=True))]
+    return [*zip(range(_NEAR_KNOTS), *columns, strict=True)]
 
 
 def _upright(heights: Array) -> Array:
@@ -228,7 +220,7 @@ def run() -> Report:
             f'an error of {noisy[1].moved_m * 1e3:.0f} mm.'],
         numbers={'powers': powers, 'straight_px_at_100_hz': at_100.straight_px,
                  'spline_px_at_100_hz': at_100.spline_px,
-                 'best_knots': best.way, 'jump_one_knot_before_m': bands[1].spline_jump},
+                 'best_knots': best.way, 'jump_one_knot_before_m': bands[1][2]},
         draw=partial(_draw, rows))
 
 
@@ -254,7 +246,7 @@ def _noise_table(rows: list[Noisy]) -> Table:
          Column('turning', 'angular velocity [rad/s]', '.4f')), rows)
 
 
-def _wrong_table(rows: list[Wrong]) -> Table:
+def _wrong_table(rows: list[tuple[float, ...]]) -> Table:
     return Table(
         f'Poses and knots at {JUMP_RATE_HZ} Hz: the largest error before a jump of 0.5 m, and '
         'before a foot lands at 1 m/s',

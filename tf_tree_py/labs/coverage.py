@@ -131,34 +131,20 @@ def true_poses(robot: Robot) -> Array:
     return np.array(poses)
 
 
-class Outcome(NamedTuple):
-    """
-    Predictions of a robot, by one time ahead.
-
-    :ivar in_68: the share of errors inside the region of 68 %; ``in_95`` of 95 %.
-    :ivar in_event: the same, in the first second of the event, or at all times.
-    :ivar claimed: the mean square of the standard deviations; ``off``: of the errors.
-    """
-
-    in_68: float
-    in_95: float
-    in_event: float
-    claimed: float
-    off: float
-
-
-def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> dict[float, Outcome]:
+def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> Array:
     """
     Predict a robot all the time.
 
     :param poses: its true poses, every 10 ms.
     :param noise: of the samples, metres and radians.
-    :return: the outcome by the time ahead.
+    :return: (A, N, 5) of N predictions by each time ahead: whether the error is inside the
+        region of 68 %, and of 95 %; the latter in the first second of the event, or at all times,
+        and otherwise NaN; the squares of the standard deviations, and of the errors.
     """
     rng, buffer = np.random.default_rng(2), BufferCore()
     gyro_stamps, gyro_rates = _gyroscope(robot)
     limits = None if robot.limits is None else {'base': robot.limits}
-    rows: dict[float, list[tuple[float, ...]]] = {ahead: [] for ahead in AHEADS_S}
+    rows: list[list[tuple[float, ...]]] = [[] for _ in AHEADS_S]
     due, every = _FIRST_S, round(1.0 / (rate_hz * _STEP_S))
     for number in range(0, len(poses) - round(max(AHEADS_S) / _STEP_S), every):
         now = number * _STEP_S
@@ -171,13 +157,13 @@ def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> dict[floa
         if now < due:
             continue
         due += _EVERY_S
-        for ahead, found in rows.items():
+        for ahead, found in zip(AHEADS_S, rows, strict=True):
             truth = poses[number + round(ahead / _STEP_S)]
             is_event = robot.event_s is None or -ahead <= now - robot.event_s < 1.0
-            found.append((is_event, *_judged(buffer.predict(
-                'odom', 'base', stamp + from_seconds(ahead), _HORIZON, acceleration=limits),
-                truth)))
-    return {ahead: _outcome(np.array(found)) for ahead, found in rows.items()}
+            in_68, in_95, *squares = _judged(buffer.predict(
+                'odom', 'base', stamp + from_seconds(ahead), _HORIZON, acceleration=limits), truth)
+            found.append((in_68, in_95, in_95 if is_event else np.nan, *squares))
+    return np.array(rows)
 
 
 def _gyroscope(robot: Robot) -> tuple[Stamps, Array]:
@@ -220,11 +206,6 @@ def _judged(found: Prediction, truth: Array) -> tuple[float, float, float, float
     return in_68, in_95, float(variances.sum()), float(off @ off)
 
 
-def _outcome(rows: Array) -> Outcome:
-    in_68, in_95, claimed, off = rows[:, 1:].mean(axis=0).tolist()
-    return Outcome(in_68, in_95, float(rows[rows[:, 0] > 0.0, 2].mean()), claimed, off)
-
-
 class Row(NamedTuple):
     """
     The mean outcome of a robot, over all rates and times ahead.
@@ -247,9 +228,8 @@ def by_robot() -> list[Row]:
         poses = true_poses(robot)
         # Poses without noise beside a gyroscope with errors would be certain along some axes.
         for noise in NOISES[1:] if robot.has_gyroscope else NOISES:
-            outcomes = [outcome for rate in RATES_HZ
-                        for outcome in covered(robot, poses, rate, noise).values()]
-            in_68, in_95, in_event, claimed, off = np.mean(outcomes, axis=0).tolist()
+            shares = [np.nanmean(covered(robot, poses, rate, noise), axis=1) for rate in RATES_HZ]
+            in_68, in_95, in_event, claimed, off = np.mean(shares, axis=(0, 1)).tolist()
             rows.append(Row(robot.name, noise, in_68, in_95, in_event,
                             float(np.sqrt(claimed / off)) if off > _NOTHING else None))
     return rows

@@ -6,7 +6,7 @@
 from functools import partial, reduce
 from math import pi
 from operator import matmul
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -42,23 +42,10 @@ def wrong_order(chain: Chain) -> Pose:
     return reduce(matmul, reversed(chain))
 
 
-class Step(NamedTuple):
-    """One partial product: map_T_frame, its position and the direction of its x axis."""
-
-    frame: str
-    origin: tuple[float, ...]
-    forward: tuple[float, ...]
-
-
-def steps(chain: Chain) -> list[Step]:
-    """Walk down from the map, multiplying one edge after the other."""
-    buffer = tree(chain)
-    return [_step(frame, buffer.lookup('map', frame)) for frame in FRAMES[1:]]
-
-
-def _step(frame: str, map_T_frame: Pose) -> Step:
-    return Step(frame, _rounded(map_T_frame @ (0.0, 0.0, 0.0)),
-                _rounded(map_T_frame @ FORWARD - map_T_frame @ (0.0, 0.0, 0.0)))
+def placed(map_T_frame: Pose) -> tuple[str, str]:
+    """Return the position of a frame, and the direction of its x axis, as text."""
+    origin = map_T_frame @ (0.0, 0.0, 0.0)
+    return str(_rounded(origin)), str(_rounded(map_T_frame @ FORWARD - origin))
 
 
 def point(chain: Chain) -> tuple[float, ...]:
@@ -71,18 +58,13 @@ def _rounded(vector: Any) -> tuple[float, ...]:
     return tuple(round(float(number), 9) + 0.0 for number in vector)
 
 
-class Symptom(NamedTuple):
-    """The effect of an extra left turn on one edge, in the axes of the map."""
+def symptoms() -> list[tuple[str, ...]]:
+    """
+    Turn each edge of the example by 90 degrees to the left, one at a time.
 
-    edge: str
-    base_in_odom: tuple[float, ...]
-    base_in_map: tuple[float, ...]
-    camera_in_base: tuple[float, ...]
-    camera_origin: tuple[float, ...]
-
-
-def symptoms() -> list[Symptom]:
-    """Turn each edge of the example by 90 degrees, one at a time."""
+    :return: the edge, and what follows, in the axes of the first frame: where the base faces in
+        odom and in the map, where the camera faces in the base, and where it is in the map.
+    """
     rows = [_symptom('none', EXAMPLE)]
     for number in range(len(EXAMPLE)):
         chain = tuple(pose @ LEFT_TURN if number == i else pose for i, pose in enumerate(EXAMPLE))
@@ -90,14 +72,11 @@ def symptoms() -> list[Symptom]:
     return rows
 
 
-def _symptom(edge: str, chain: Any) -> Symptom:
-    def forward(target: str, source: str) -> tuple[float, ...]:
-        pose = tree(chain).lookup(target, source)
-        return _rounded(pose @ FORWARD - pose @ (0.0, 0.0, 0.0))
-
-    return Symptom(edge, forward('odom', 'base_link'), forward('map', 'base_link'),
-                   forward('base_link', 'camera'), _rounded(
-                       tree(chain).lookup('map', 'camera').translation))
+def _symptom(edge: str, chain: Any) -> tuple[str, ...]:
+    lookup = tree(chain).lookup
+    facing = [placed(lookup(target, source))[1] for target, source in (
+        ('odom', 'base_link'), ('map', 'base_link'), ('base_link', 'camera'))]
+    return (edge, *facing, placed(lookup('map', 'camera'))[0])
 
 
 def run() -> Report:
@@ -114,8 +93,7 @@ def run() -> Report:
             Table('One metre ahead and 90 degrees to the left, in either order',
                   (Column('product', 'product'), Column('words', 'in words'),
                    Column('origin_m', 'ends at [m]'), Column('forward', 'faces')),
-                  [(product, words, *map(str, _step('', pose)[1:]))
-                   for product, words, pose in both]),
+                  [(product, words, *placed(pose)) for product, words, pose in both]),
             _steps_table('The example: no edge turns', EXAMPLE, right['example']),
             _steps_table('The exercise: odom -> base_link is yawed by 90 degrees', EXERCISE,
                          right['exercise']),
@@ -135,7 +113,8 @@ def _apart(a: Any, b: Any) -> float:
 
 
 def _steps_table(title: str, chain: Chain, seen: tuple[float, ...]) -> Table:
-    rows = [(f'map_T_{step.frame}', str(step.origin), str(step.forward)) for step in steps(chain)]
+    buffer = tree(chain)
+    rows = [(f'map_T_{frame}', *placed(buffer.lookup('map', frame))) for frame in FRAMES[1:]]
     return Table(
         f'{title}; the camera sees a point at {CAMERA_P}',
         (Column('product', 'partial product'), Column('origin_m', 'origin in map [m]'),
@@ -153,14 +132,13 @@ def _orders_table(right: dict[str, Any], wrong: dict[str, Any]) -> Table:
          for name in right])
 
 
-def _symptom_table(rows: list[Symptom]) -> Table:
+def _symptom_table(rows: list[tuple[str, ...]]) -> Table:
     return Table(
         'The symptom of a superfluous rotation by 90 degrees, on each edge: forward becomes left',
         (Column('edge', 'edge that is wrong'), Column('base_in_odom', 'base: ahead in odom'),
          Column('base_in_map', 'base: ahead in map'),
          Column('camera_in_base', 'camera: ahead in base'),
-         Column('camera_origin_m', 'camera in map [m]')),
-        [(row.edge, *map(str, row[1:])) for row in rows])
+         Column('camera_origin_m', 'camera in map [m]')), rows)
 
 
 def _draw(both: list[tuple[str, str, Pose]], figure: Any) -> None:

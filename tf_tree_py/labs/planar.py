@@ -86,14 +86,6 @@ class Floor(NamedTuple):
     """The tilt in the residual of ``project``, radians."""
 
 
-class Point(NamedTuple):
-    """The error of a planar tree for one point of the base: along the floor and up, metres."""
-
-    base_p: tuple[float, float, float]
-    floor: float
-    up: float
-
-
 def standing(roll: float, pitch: float) -> BufferCore:
     """Return a tree whose base is tilted, radians."""
     buffer = BufferCore()
@@ -118,13 +110,13 @@ def on_the_floor(tilt: float, height: float) -> Floor:
     return Floor(tilt, height, errors[0], errors[1], project(map_T_base)[1].tilt)
 
 
-def everywhere(pitch: float) -> list[Point]:
-    """Return the errors for points ahead of, beside and above the base."""
+def everywhere(pitch: float) -> list[tuple[str, float, float]]:
+    """Return points ahead of, beside and above the base, with errors along the floor and up."""
     map_T_base = standing(0.0, pitch).lookup('map', 'base_link', LATEST)
     points = []
     for base_p in ((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 1.0)):
         off = map_T_base @ base_p - flattened(map_T_base) @ base_p
-        points.append(Point(base_p, hypot(*off[:2]), abs(float(off[2]))))
+        points.append((str(base_p), hypot(*off[:2]), abs(float(off[2]))))
     return points
 
 
@@ -169,13 +161,12 @@ def _floor_table(rows: list[Floor]) -> Table:
           row.residual_tilt) for row in rows])
 
 
-def _point_table(points: list[Point]) -> Table:
+def _point_table(points: list[tuple[str, float, float]]) -> Table:
     return Table(
         'The effect of the projection on points of the base at a pitch of 5 degrees',
         (Column('base_p_m', 'point in base_link [m]'),
          Column('floor_m', 'off along the floor [cm]', '.2f', 100.0),
-         Column('up_m', 'off in height [cm]', '.2f', 100.0)),
-        [(str(point.base_p), point.floor, point.up) for point in points])
+         Column('up_m', 'off in height [cm]', '.2f', 100.0)), points)
 
 
 def _draw(rows: list[Floor], figure: Any) -> None:

@@ -82,20 +82,16 @@ def how_far_off(ahead: int) -> Ahead:
     return Ahead(ahead, *np.mean(rows, axis=0).tolist())
 
 
-class Braking(NamedTuple):
-    """One prediction while it brakes for the first time; metres."""
+def braking(since: int) -> tuple[float, float]:
+    """
+    Predict 0.2 s ahead while it brakes for the first time, some nanoseconds after the brake.
 
-    since: int
-    off: float
-    claimed: float
-
-
-def braking(since: int, ahead: int = from_seconds(0.2)) -> Braking:
-    """Predict 0.2 s ahead, some time (nanoseconds) after the brake."""
-    now = BRAKE_AT + since
+    :return: the error, and its standard deviation in the covariance, metres.
+    """
+    now, ahead = BRAKE_AT + since, from_seconds(0.2)
     found = driven_until(now).predict('odom', 'base', now + ahead, HORIZON)
-    return Braking(since, dist(found.pose[:2], slalom(now + ahead)[:2]),
-                   sqrt(np.trace(found.covariance[:2, :2])))
+    return (dist(found.pose[:2], slalom(now + ahead)[:2]),
+            sqrt(np.trace(found.covariance[:2, :2])))
 
 
 def beyond_the_horizon() -> str:
@@ -117,7 +113,7 @@ def fit(aheads: list[Ahead]) -> float:
 def run() -> Report:
     """Predict robots that swerve, brake, start, turn and fly."""
     aheads = [how_far_off(ahead) for ahead in AHEADS]
-    brakes = [braking(from_seconds(since)) for since in (-0.2, -0.1, 0.0, 0.1, 0.3)]
+    brakes = [(since, *braking(from_seconds(since))) for since in (-0.2, -0.1, 0.0, 0.1, 0.3)]
     acceleration = fit(aheads)
     tenth = aheads[AHEADS.index(from_seconds(0.1))]
     inside = float(np.mean([one.inside for one in aheads]))
@@ -150,13 +146,12 @@ def _ahead_table(aheads: list[Ahead]) -> Table:
          for one in aheads])
 
 
-def _brake_table(brakes: list[Braking]) -> Table:
+def _brake_table(brakes: list[tuple[float, float, float]]) -> Table:
     return Table(
         f'It brakes at {BRAKE:g} m/s^2, for the first time: 200 ms ahead',
         (Column('since_s', 'after the brake [ms]', '.0f', 1e3),
          Column('off_m', 'off by [cm]', '.2f', 100.0),
-         Column('claimed_m', 'its sigma [cm]', '.2f', 100.0)),
-        [(as_seconds(one.since), one.off, one.claimed) for one in brakes])
+         Column('claimed_m', 'its sigma [cm]', '.2f', 100.0)), brakes)
 
 
 def _robot_table(rows: list[Row]) -> Table:
