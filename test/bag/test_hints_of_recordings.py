@@ -14,7 +14,7 @@ from tf_tree_py.bag import BagWarning, open_bag
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds
-from tf_tree_py.tools.archive.jobs import ReportJob
+from tf_tree_py.tools.archive.jobs import reported
 from tf_tree_py.tools.recorded_tree import RecordedTree
 from tool_helpers import tool
 
@@ -73,7 +73,7 @@ def test_no_fix_of_a_fault_in_a_bag_speaks_of_waiting(code, tmp_path):
 
 def test_report_of_an_archive_has_the_fixes_of_a_recording(tmp_path):
     pytest.importorskip('jinja2')
-    pages = ReportJob(Thresholds())(written('delayed', tmp_path), 'run').files
+    pages = reported(Thresholds(), written('delayed', tmp_path), 'run').files
     for page in pages.values():
         assert b'stamps_at_rate returns stamps' in page
         assert not OF_LIVE_TREES.search(CODES['delayed'].recorded_fix)

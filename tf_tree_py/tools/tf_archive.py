@@ -5,6 +5,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from functools import partial
 from importlib.util import find_spec
 import os
 from pathlib import Path
@@ -24,7 +25,7 @@ from tf_tree_py.command.arguments import (
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.files.whole_files import write_whole
 
-from .archive.jobs import BagPath, bags_in, ExportJob, Job, Ledger, ReportJob, Row
+from .archive.jobs import BagPath, bags_in, exported, Job, Ledger, reported, Row
 from .archive.page import index_page
 from .archive.running import client_of, results
 from .archive.table import as_csv, as_data, as_json, by_trouble, columns_of, summary
@@ -97,8 +98,8 @@ def _parsed(argv: Sequence[str]) -> Namespace:
 
 def _job(arguments: Namespace) -> Job:
     if arguments.verb == 'report':
-        return ReportJob(limits_of(arguments))
-    return ExportJob(planned(arguments), arguments.format)
+        return partial(reported, limits_of(arguments))
+    return partial(exported, planned(arguments), arguments.format)
 
 
 def _work(argv: Sequence[str]) -> int:

@@ -4,8 +4,8 @@
 """The command ``tf_monitor``: a live table of every edge, those with trouble first."""
 
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 import sys
 import time
@@ -92,11 +92,11 @@ def _work(argv: Sequence[str]) -> int:
     if arguments.target and not arguments.source:
         raise Cannot('give both frames of a chain: TARGET and SOURCE')
     doctor = Doctor()
-    shown_on, look = (_Pipe() if arguments.json else _Screen()), None
+    showing, look = nullcontext(_print_json) if arguments.json else _on_screen(console()), None
     with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
-        with shown_on, suppress(KeyboardInterrupt):
+        with showing as show, suppress(KeyboardInterrupt):
             for look in _looks(source, doctor, arguments):
-                shown_on.show(look)
+                show(look)
         if look is None or not look.transforms:
             raise nothing_arrived(source)
     return FOUND if any(one.severity is Severity.ERROR for one in look.findings) else FINE
@@ -143,46 +143,35 @@ def _named(rows: Sequence[Watched], source: TreeSource) -> list[Watched]:
     return list(map(named, rows))
 
 
-class _Pipe(nullcontext[None]):
-    """Prints one content after the other for programs."""
-
-    def show(self, look: TableContent) -> None:
-        """Print one."""
-        print_json_line({
-            'version': VERSION, 'source': look.source, 'transforms': look.transforms,
-            'watched_s': look.watched_s, 'edges': [row.as_dict() for row in look.rows],
-            'findings': [finding.as_dict() for finding in look.findings],
-            'problem': look.chain.problem if look.chain else '',
-            'hints': [hint.text for hint in look.hints]})
+def _print_json(look: TableContent) -> None:
+    print_json_line({
+        'version': VERSION, 'source': look.source, 'transforms': look.transforms,
+        'watched_s': look.watched_s, 'edges': [row.as_dict() for row in look.rows],
+        'findings': [finding.as_dict() for finding in look.findings],
+        'problem': look.chain.problem if look.chain else '',
+        'hints': [hint.text for hint in look.hints]})
 
 
 # --- for people
 
-class _Screen(AbstractContextManager[None]):
-    """Shows the contents: in place on a terminal, one below the other in a pipe."""
+@contextmanager
+def _on_screen(out: Any) -> Iterator[Callable[[TableContent], None]]:
+    """
+    Yield a function that shows a content: in place on a terminal, below the last one in a pipe.
 
-    def __init__(self) -> None:
-        self._out = console()
-        self._group = needs('rich.console', 'rich').Group
-        self._live = needs('rich.live', 'rich').Live(
-            console=self._out, auto_refresh=False) if self._out.is_terminal else None
+    :param out: rich's console.
+    """
+    def print_below(look: TableContent) -> None:
+        out.print(*_drawn(look, None), sep='\n')
+        sys.stdout.flush()
 
-    def __enter__(self) -> None:
-        if self._live is not None:
-            self._live.start()
-
-    def __exit__(self, *_: object) -> None:
-        if self._live is not None:
-            self._live.stop()
-
-    def show(self, look: TableContent) -> None:
-        """Show one."""
-        if self._live is not None:
-            rows = self._out.height - _FRAME_LINES
-            self._live.update(self._group(*_drawn(look, rows)), refresh=True)
-        else:
-            self._out.print(*_drawn(look, None), sep='\n')
-            sys.stdout.flush()
+    if not out.is_terminal:
+        yield print_below
+        return
+    group = needs('rich.console', 'rich').Group
+    with needs('rich.live', 'rich').Live(console=out, auto_refresh=False) as live:
+        yield lambda look: live.update(
+            group(*_drawn(look, out.height - _FRAME_LINES)), refresh=True)
 
 
 def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:

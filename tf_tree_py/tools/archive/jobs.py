@@ -11,7 +11,6 @@ finished bags on disk lets a second run continue an interrupted one.
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 import glob
 import hashlib
 import json
@@ -174,56 +173,43 @@ class Result(NamedTuple):
 
 
 Job = Callable[[Path, str], Result]
-"""Takes the path of a bag, and its name."""
+"""Takes the path of a bag, and its name; it can be sent to another process, as a partial can."""
 
 
-@dataclass(frozen=True)
-class ReportJob:
-    """Run the doctor."""
-
-    limits: Thresholds
-
-    def __call__(self, path: Path, name: str) -> Result:
-        """Return the report about a bag."""
-        doctor = Doctor(self.limits, recorded=True)
-        arguments = Namespace(bag=path, tf_topic=None, tf_static_topic=None)
-        with RecordedTree(arguments, [doctor], self.limits.cache_time) as source:
-            source.watch(None)
-            report, findings = judged(source, doctor)
-        report['source'] = name
-        codes = dict.fromkeys(finding.code for finding in findings)
-        row = {
-            'outcome': ERROR if report['errors'] else
-            (WARNING if report['warnings'] or report['damage'] else FINE),
-            'reason': '; '.join(report['damage']),
-            **{key: report[key] for key in ('errors', 'warnings', 'notes')},
-            'codes': ' '.join(codes),
-            **{key: report[key] for key in ('transforms', 'frames', 'watched_s')},
-        }
-        return Result(row, {'.html': report_page(report),
-                            '.json': json.dumps(report, indent=2, allow_nan=False).encode()})
+def reported(limits: Thresholds, path: Path, name: str) -> Result:
+    """Return the doctor's report about a bag."""
+    doctor = Doctor(limits, recorded=True)
+    arguments = Namespace(bag=path, tf_topic=None, tf_static_topic=None)
+    with RecordedTree(arguments, [doctor], limits.cache_time) as source:
+        source.watch(None)
+        report, findings = judged(source, doctor)
+    report['source'] = name
+    codes = dict.fromkeys(finding.code for finding in findings)
+    row = {
+        'outcome': ERROR if report['errors'] else
+        (WARNING if report['warnings'] or report['damage'] else FINE),
+        'reason': '; '.join(report['damage']),
+        **{key: report[key] for key in ('errors', 'warnings', 'notes')},
+        'codes': ' '.join(codes),
+        **{key: report[key] for key in ('transforms', 'frames', 'watched_s')},
+    }
+    return Result(row, {'.html': report_page(report),
+                        '.json': json.dumps(report, indent=2, allow_nan=False).encode()})
 
 
-@dataclass(frozen=True)
-class ExportJob:
-    """Write a trajectory."""
-
-    plan: Plan
-    form: str
-
-    def __call__(self, path: Path, name: str) -> Result:
-        """Return the trajectory of the plan in a bag."""
-        taken, recording = self.plan.of(path)
-        row = {
-            'outcome': WARNING if recording.oddities else FINE,
-            'reason': '; '.join(map(str, recording.oddities[:3])),
-            'poses': len(taken.stamps),
-            'outside': taken.outside,
-            'oddities': len(recording.oddities),
-            'first_s': format_stamp(int(taken.stamps.min())),
-            'last_s': format_stamp(int(taken.stamps.max())),
-        }
-        return Result(row, {f'.{self.form}': FORMATS[self.form](taken)})
+def exported(plan: Plan, form: str, path: Path, _: str) -> Result:
+    """Return the trajectory of a plan in a bag."""
+    taken, recording = plan.of(path)
+    row = {
+        'outcome': WARNING if recording.oddities else FINE,
+        'reason': '; '.join(map(str, recording.oddities[:3])),
+        'poses': len(taken.stamps),
+        'outside': taken.outside,
+        'oddities': len(recording.oddities),
+        'first_s': format_stamp(int(taken.stamps.min())),
+        'last_s': format_stamp(int(taken.stamps.max())),
+    }
+    return Result(row, {f'.{form}': FORMATS[form](taken)})
 
 
 def done(job: Job, path: str) -> Result:
@@ -267,7 +253,7 @@ class Ledger:
         :raises Cannot: it cannot be made.
         """
         self.folder = folder
-        self._job = hashlib.sha256(pickle.dumps((_VERSION, type(job).__name__, job))).hexdigest()
+        self._job = hashlib.sha256(pickle.dumps((_VERSION, job))).hexdigest()
         try:
             for name in (_ROWS, _FILES):
                 Path(folder, name).mkdir(parents=True, exist_ok=True)
