@@ -48,7 +48,10 @@ def detections_in(type_name: str, message: Any) -> list[Detection]:
     :raises CalibrationError: messages of this type carry no observations.
     """
     check_type(type_name)
-    return list(_READERS[type_name](message))
+    found = list(_READERS[type_name](message))
+    # The detections of an array may have empty headers.
+    return [each if each.sensor else each._replace(
+        stamp=message_stamp(message), sensor=message.header.frame_id) for each in found]
 
 
 def check_type(type_name: str) -> None:
@@ -136,19 +139,14 @@ def _box(message: Any) -> Iterator[Detection]:
 
 def _boxes(message: Any) -> Iterator[Detection]:
     for each in message.detections:
-        # The detections of an array may have empty headers.
-        for found in _box(each):
-            yield found if found.sensor else found._replace(
-                stamp=message_stamp(message), sensor=message.header.frame_id)
+        yield from _box(each)
 
 
 def _tags(message: Any) -> Iterator[Detection]:
     """Yield the tags of a message of apriltag_ros or isaac_ros_apriltag."""
     for tag in message.detections:
         numbers = np.atleast_1d(np.asarray(tag.id))
-        [found] = _uncertain(tag.pose, 'tag ' + '+'.join(map(str, numbers.tolist())))
-        yield found if found.sensor else found._replace(
-            stamp=message_stamp(message), sensor=message.header.frame_id)
+        yield from _uncertain(tag.pose, 'tag ' + '+'.join(map(str, numbers.tolist())))
 
 
 _READERS: dict[str, Callable[[Any], Iterator[Detection]]] = {

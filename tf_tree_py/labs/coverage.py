@@ -206,30 +206,21 @@ def _judged(found: Prediction, truth: Array) -> tuple[float, float, float, float
     return in_68, in_95, float(variances.sum()), float(off @ off)
 
 
-class Row(NamedTuple):
+def by_robot() -> list[tuple[str | float | None, ...]]:
     """
-    The mean outcome of a robot, over all rates and times ahead.
+    Return the mean outcome of each robot, over all rates and times ahead.
 
-    :ivar wider: the standard deviations, relative to the errors; None without errors.
+    :return: its name, and the noise; the shares of errors inside the regions of 68 % and of 95 %,
+        and of 95 % in the event; and the standard deviations, relative to the errors, or None
+        without errors.
     """
-
-    name: str
-    noise: float
-    in_68: float
-    in_95: float
-    in_event: float
-    wider: float | None
-
-
-def by_robot() -> list[Row]:
-    """Return the rows of all robots, without noise and with it, over all rates and times ahead."""
-    rows = []
+    rows: list[tuple[str | float | None, ...]] = []
     for robot in robots():
         poses = true_poses(robot)
         # Poses without noise beside a gyroscope with errors would be certain along some axes.
         for noise in NOISES[1:] if robot.has_gyroscope else NOISES:
             shares = [np.nanmean(covered(robot, poses, rate, noise), axis=1) for rate in RATES_HZ]
             in_68, in_95, in_event, claimed, off = np.mean(shares, axis=(0, 1)).tolist()
-            rows.append(Row(robot.name, noise, in_68, in_95, in_event,
-                            float(np.sqrt(claimed / off)) if off > _NOTHING else None))
+            rows.append((robot.name, noise, in_68, in_95, in_event,
+                         float(np.sqrt(claimed / off)) if off > _NOTHING else None))
     return rows

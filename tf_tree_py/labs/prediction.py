@@ -12,7 +12,7 @@ from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import FutureExtrapolationException, Pose
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
-from .coverage import by_robot, Row
+from .coverage import by_robot
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table
 
@@ -117,9 +117,8 @@ def run() -> Report:
     acceleration = fit(aheads)
     tenth = aheads[AHEADS.index(from_seconds(0.1))]
     inside = float(np.mean([one.inside for one in aheads]))
-    rows = by_robot()
     return Report(
-        tables=[_ahead_table(aheads), _brake_table(brakes), _robot_table(rows)],
+        tables=[_ahead_table(aheads), _brake_table(brakes), _robot_table()],
         law='the newest pose is off by v dt, a prediction by a dt (dt + 0.1 s)/2, for its twist '
             f'is the mean of the last 0.1 s (fitted: a = {acceleration:.2f} m/s^2): at 0.1 s '
             f'{tenth.latest * 100.0:.1f} cm against {tenth.predicted * 100.0:.2f} cm. The '
@@ -154,7 +153,7 @@ def _brake_table(brakes: list[tuple[float, float, float]]) -> Table:
          Column('claimed_m', 'its sigma [cm]', '.2f', 100.0)), brakes)
 
 
-def _robot_table(rows: list[Row]) -> Table:
+def _robot_table() -> Table:
     return Table(
         'Errors in the regions of 68 and 95 %, also in the second after it begins to brake, start '
         'or turn: samples at 10, 25 and 100 Hz, 50 to 500 ms ahead',
@@ -162,7 +161,7 @@ def _robot_table(rows: list[Row]) -> Table:
          Column('in_68', 'in 68 % [%]', '.0f', 100.0),
          Column('in_95', 'in 95 % [%]', '.0f', 100.0),
          Column('in_event', 'in 95 % in that second [%]', '.0f', 100.0),
-         Column('wider', 'sigma/error', '.1f')), rows)
+         Column('wider', 'sigma/error', '.1f')), by_robot())
 
 
 def _draw(aheads: list[Ahead], figure: Any) -> None:

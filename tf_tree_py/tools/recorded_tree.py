@@ -44,7 +44,7 @@ class RecordedTree:
         """
         self.name = str(arguments.bag)
         try:
-            self._bag = Bag(arguments.bag, _topics(arguments))
+            self._bag = Bag(arguments.bag, topics_of(arguments))
         except (BagError, OSError) as error:
             raise Cannot(str(error)) from error
         if not self._bag.sources:
@@ -54,7 +54,7 @@ class RecordedTree:
         self.buffer = BufferCore(cache_time)
         for observer in observers:
             self.buffer.observers.add(observer)
-        self._take_covariances(alone=_topics(arguments) is not None)
+        self._take_covariances(alone=topics_of(arguments) is not None)
         self._note_sources()
         self._decoder = Decoder()
         self._time_of = _clock_of(self._bag)
@@ -146,7 +146,7 @@ class RecordedTree:
         self.buffer.insert_batch(batch, source.publisher, source.static, announced=True)
 
 
-def _topics(arguments: Namespace) -> list[str] | None:
+def topics_of(arguments: Namespace) -> list[str] | None:
     """Return the requested topics; None: all topics of the bag."""
     if arguments.tf_topic is None and arguments.tf_static_topic is None:
         return None

@@ -29,6 +29,7 @@ from tf_tree_py.files.whole_files import write_whole
 
 from .calibrate.report import as_yaml, print_report, SUFFIXES, write_picture
 from .calibrate.urdf_origin import origin_of, write_origin
+from .recorded_tree import topics_of
 from .tree_source import add_source, check_source, frame, open_source
 
 NAME = 'tf_calibrate'
@@ -117,11 +118,9 @@ def _work(argv: Sequence[str]) -> int:
 
 
 def _recorded(arguments: Namespace) -> Calibration:
-    topics = None if arguments.tf_topic is arguments.tf_static_topic is None else [
-        arguments.tf_topic or '/tf', arguments.tf_static_topic or '/tf_static']
     with warnings.catch_warnings(record=True) as odd:
         warnings.simplefilter('always', BagWarning)
-        recording = open_bag(arguments.bag, topics=topics)
+        recording = open_bag(arguments.bag, topics=topics_of(arguments))
     for warning in odd:
         print(f'{NAME}: {shown(str(warning.message), 1200)}', file=sys.stderr)
     check_edges(recording, _edges(arguments))

@@ -11,7 +11,6 @@ the controls of a page.
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
 import io
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -195,45 +194,36 @@ def _cloud(message: Any) -> Reading:
                    None if times is None else times.stamps[valid])
 
 
-def _pose_array(message: Any) -> Reading:
-    return Reading(message.header.frame_id, message_stamp(message),
-                   _positions(message.poses, lambda pose: pose.position))
+def _positions(read: Callable[[Any], list[Any]], is_line: bool = False
+               ) -> Callable[[Any], Reading]:
+    """Return a reader of the positions that a function returns of a message."""
+    def positions(message: Any) -> Reading:
+        points = [(each.x, each.y, each.z) for each in read(message)]
+        return Reading(message.header.frame_id, message_stamp(message),
+                       np.array(points, float).reshape(-1, 3), is_line=is_line)
+
+    return positions
 
 
-def _path(message: Any) -> Reading:
-    return Reading(message.header.frame_id, message_stamp(message),
-                   _positions(message.poses, lambda pose: pose.pose.position), is_line=True)
+def _picture(pixels_of: Callable[[Any], Pixels]) -> Callable[[Any], Reading]:
+    """Return a reader of the pixels that a function returns of a message."""
+    return lambda message: Reading(message.header.frame_id, message_stamp(message),
+                                   np.empty((0, 3)), image=pixels_of(message))
 
 
-def _odometry(message: Any) -> Reading:
-    return Reading(message.header.frame_id, message_stamp(message),
-                   _positions([message], lambda each: each.pose.pose.position), is_line=True)
-
-
-def _detections(message: Any) -> Reading:
-    return Reading(message.header.frame_id, message_stamp(message), _positions(
-        message.detections, lambda detection: detection.bbox.center.position))
-
-
-def _positions(items: Any, position_of: Callable[[Any], Any]) -> Array:
-    positions = [position_of(item) for item in items]
-    return np.array([(each.x, each.y, each.z) for each in positions], float).reshape(-1, 3)
-
-
-def _picture(pixels_of: Callable[[Any], Pixels], message: Any) -> Reading:
-    return Reading(message.header.frame_id, message_stamp(message), np.empty((0, 3)),
-                   image=pixels_of(message))
-
-
-_READERS: Final[dict[str, Callable[[Any], Reading | None]]] = {
+_READERS: Final[dict[str, Callable[[Any], Reading]]] = {
     'sensor_msgs/LaserScan': _scan,
     'sensor_msgs/PointCloud2': _cloud,
-    'geometry_msgs/PoseArray': _pose_array,
-    'nav_msgs/Path': _path,
-    'nav_msgs/Odometry': _odometry,
-    'vision_msgs/Detection3DArray': _detections,
-    'sensor_msgs/Image': partial(_picture, raw_image),
-    'sensor_msgs/CompressedImage': partial(_picture, compressed_image),
+    'geometry_msgs/PoseArray': _positions(
+        lambda message: [pose.position for pose in message.poses]),
+    'nav_msgs/Path': _positions(
+        lambda message: [stamped.pose.position for stamped in message.poses], is_line=True),
+    'nav_msgs/Odometry': _positions(
+        lambda message: [message.pose.pose.position], is_line=True),
+    'vision_msgs/Detection3DArray': _positions(
+        lambda message: [found.bbox.center.position for found in message.detections]),
+    'sensor_msgs/Image': _picture(raw_image),
+    'sensor_msgs/CompressedImage': _picture(compressed_image),
 }
 
 
