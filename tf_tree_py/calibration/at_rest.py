@@ -231,8 +231,8 @@ def _motion(model: Model, fit: Fit, steps: Array, number: int) -> Array | None:
     ratio = (before - after) / count / max(after / free, 1e-300)
     if fdtrc(count, free, max(ratio, 0.0)) > _CHANCE:
         return None
-    steps = _solved(np.hstack([at_rest, moved]), left)[0][at_rest.shape[1]:]
-    return np.asarray(waves @ steps.reshape(waves.shape[1], each.size))
+    amplitudes = _solved(np.hstack([at_rest, moved]), left)[0][at_rest.shape[1]:]
+    return np.asarray(waves @ amplitudes.reshape(waves.shape[1], each.size))
 
 
 def _waves(each: Observations, most: int) -> Array:

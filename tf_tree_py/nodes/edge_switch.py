@@ -23,7 +23,7 @@ from tf_tree_py.ros.topics.qos import dynamic_qos, mismatches, sensor_qos, TF_TO
 from .bad_input import BadInput
 from .edge_messages import frame_of, LIMITS, limits_of, message_type, samples_of, TYPES
 from .parameters import declare, given, Setting
-from .robot_topics import RawPublisher
+from .robot_topics import RawPublisher, topic_of
 from .running import ClosingNode, main_of
 
 NAME = 'edge_switch'
@@ -100,11 +100,7 @@ class EdgeSwitch(ClosingNode):
         self._awaits_preferred = True
 
     def _listen(self, name: str, topic: str, kind: str) -> None:
-        try:
-            resolved = self.resolve_topic_name(topic)
-        except Exception as error:  # noqa: B902 - rclpy has several for it, some of them private
-            raise BadInput(f'parameter {name}.topic must be a topic name, not {topic!r}'
-                           ) from error
+        resolved = topic_of(self, f'{name}.topic', topic)
         if resolved == self.resolve_topic_name(TF_TOPIC):
             raise BadInput(f'the node would receive its own output: the source {name!r} is on '
                            f'{resolved}, where the edge is published. Set {name}.topic to another '

@@ -31,6 +31,8 @@ from tf_tree_py.ros.topics.qos import (
 )
 from tf_tree_py.thinning import MovingSender, StaticSender
 
+from .bad_input import BadInput
+
 Take = Callable[[list[Sample]], None]
 
 
@@ -90,6 +92,20 @@ def fit_samples(batch: Batch, publisher: str,
 def _fit(sample: Sample, publisher: str) -> Sample | Incident:
     bad = bad_name(sample.parent, sample.child, sample.stamp, publisher, DEFAULT_MAX_NAME_BYTES)
     return bad or checked(sample, publisher)
+
+
+def topic_of(node: Node, parameter: str, topic: str) -> str:
+    """
+    Return the full name of a topic, remapped.
+
+    :param parameter: that names it, for the error.
+    :raises BadInput: it is not a topic name.
+    """
+    try:
+        resolved: str = node.resolve_topic_name(topic)
+    except Exception as error:  # noqa: B902 - rclpy has several for it, some of them private
+        raise BadInput(f'parameter {parameter} must be a topic name, not {topic!r}') from error
+    return resolved
 
 
 # --- publishing

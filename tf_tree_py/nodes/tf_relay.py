@@ -35,7 +35,7 @@ from tf_tree_py.thinning import MovingSender, Send, StaticSender, Thinner
 
 from .bad_input import BadInput
 from .parameters import declare, describe, FRAME_PREFIX, Setting
-from .robot_topics import fit_samples, RawPublisher, RobotTopics
+from .robot_topics import fit_samples, RawPublisher, RobotTopics, topic_of
 from .running import ClosingNode, run, spin
 
 NAME = 'tf_relay'
@@ -290,7 +290,7 @@ class TfRelay(ClosingNode):
         """
         super().__init__(NAME, **node_options)
         values = declare(self, SETTINGS)
-        topics = {setting.name: self._resolve(setting.name, values[setting.name])
+        topics = {setting.name: topic_of(self, setting.name, values[setting.name])
                   for setting in TOPICS}
         with ExitStack() as closing:
             closing.enter_context(logged_by(self))
@@ -301,13 +301,6 @@ class TfRelay(ClosingNode):
             else:
                 self._to_topics(values, topics, closing)
             self._closing.push(closing.pop_all())
-
-    def _resolve(self, parameter: str, topic: str) -> str:
-        try:
-            return self.resolve_topic_name(topic)
-        except Exception as error:  # noqa: B902 - rclpy has several for it, some of them private
-            raise BadInput(
-                f'parameter {parameter} must be a topic name, not {topic!r}') from error
 
     def _to_topics(self, values: Values, topics: Topics, closing: ExitStack) -> None:
         _refuse_own_output(*topics.values())

@@ -30,32 +30,6 @@ _DARK: Final[tuple[Colour, Colour]] = (44, 44, 46), (62, 62, 66)
 # The grid fades out at this distance. Every tenth line is darker.
 _CELLS_SEEN: Final = 60.0
 _CELLS_A_SECTION: Final = 10.0
-
-
-class Ground:
-    """The ground of one page, at the height of the fixed frame."""
-
-    def __init__(self, scene: Any) -> None:
-        self._node = scene.add_grid('/ground', infinite_grid=True, cell_thickness=0.6,
-                                    section_thickness=0.8, shadow_opacity=0.0)
-
-    def draw(self, origin: Array, cell: float, visible: bool, dark: bool) -> None:
-        """
-        Show or hide the grid.
-
-        :param origin: (3,) the offset that is subtracted from every position, metres.
-        :param cell: the length of a cell, metres.
-        """
-        node = self._node
-        node.visible = visible
-        node.position = tuple((-origin).tolist())
-        node.cell_size, node.section_size = cell, _CELLS_A_SECTION * cell
-        node.fade_distance = _CELLS_SEEN * cell
-        node.cell_color, node.section_color = _DARK if dark else _LIGHT
-
-
-# --- the scene
-
 _RADIUS: Final = 0.035
 
 # A grey axis, a box from 0 to 1 along x: eight corners, and twelve triangles.
@@ -122,7 +96,7 @@ class Scene:
 
     def __init__(self, client: Any, on_click: Callable[[str], None]) -> None:
         """
-        Begin with the ground only.
+        Begin without any node.
 
         :param client: viser's handle of the page.
         :param on_click: is called with a frame when its axes are clicked.
@@ -132,7 +106,6 @@ class Scene:
         self._on_click = on_click
         self._frames: tuple[str, ...] = ()
         self._nodes: dict[str, Any] = {}
-        self._ground = Ground(self._scene)
         # Those with grey axes.
         self._stale: tuple[str, ...] = ()
         self._labels = Labels(self._scene)
@@ -152,7 +125,7 @@ class Scene:
         positions = moment.poses[:, :3] - look.origin
         lengths = lengths_on_screen(camera, positions, look.axes_length)
         with self._client.atomic():
-            self._ground.draw(look.origin, look.cell, look.ground, look.dark)
+            self._draw_ground(look)
             self._draw_axes(moment, look, shown, positions, lengths)
             self._draw_lines(moment, look, shown, positions)
             self._draw_marks(moment, look, positions, lengths)
@@ -163,6 +136,17 @@ class Scene:
             self._sensors.draw(seen, look.origin, look.axes_length * _POINT)
 
     # --- parts
+
+    def _draw_ground(self, look: Appearance) -> None:
+        """Draw a grid at the height of the fixed frame."""
+        cell_color, section_color = _DARK if look.dark else _LIGHT
+        self._update('ground', lambda **props: self._scene.add_grid(
+            '/ground', infinite_grid=True, cell_thickness=0.6, section_thickness=0.8,
+            shadow_opacity=0.0, **props),
+            visible=look.ground, position=tuple((-look.origin).tolist()),
+            cell_size=look.cell, section_size=_CELLS_A_SECTION * look.cell,
+            fade_distance=_CELLS_SEEN * look.cell, cell_color=cell_color,
+            section_color=section_color)
 
     def _draw_axes(self, moment: Moment, look: Appearance, shown: npt.NDArray[np.bool_],
                    positions: Array, lengths: Array) -> None:
