@@ -50,7 +50,7 @@ from .running import ClosingNode, run, spin
 _State = tuple[int, int, int]
 
 
-class WatchedFile:
+class WatchedFiles:
     """
     Compares the times, sizes and inode numbers of files.
 
@@ -60,15 +60,16 @@ class WatchedFile:
     :ivar path: the main file.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        """Record the current state of the file."""
-        self.path = Path(path)
-        self._known: dict[Path, _State | None] = {self.path: _look(self.path)}
+    def __init__(self, files: Sequence[Path]) -> None:
+        """Record the current states of some files, of which the first is the main one."""
+        self.path = files[0]
+        self._known: dict[Path, _State | None] = {}
+        self.watch(files)
 
     def watch(self, files: Iterable[Path]) -> None:
-        """Watch the main file and these others; recorded states are kept."""
+        """Watch these files from now on; recorded states are kept."""
         self._known = {file: self._known[file] if file in self._known else _look(file)
-                       for file in dict.fromkeys((self.path, *files))}
+                       for file in files}
 
     def has_changed(self) -> bool:
         """Return whether a file has changed since the last call; False while one is absent."""
@@ -148,7 +149,7 @@ class UrdfBroadcaster(ClosingNode):
         if urdf is None and fallback is not None:
             urdf = self._without_option(fallback)
         self._values = self._declared(urdf)
-        self._file = None if urdf is None else _watched(urdf, self._read)
+        self._file = None if self._read is None else WatchedFiles(self._read.files)
         self._next = self._values, self._robot_of(self._values)
         # Prevents a message of an earlier description from following one of a new description.
         self._lock = threading.Lock()
@@ -295,13 +296,6 @@ def _read(path: str | Path, arguments: Mapping[str, str]) -> DescriptionText:
         raise BadInput(f'{path} cannot be read: {error.strerror}') from error
     except DescriptionError as error:
         raise BadInput(str(error)) from error
-
-
-def _watched(path: str, read: DescriptionText | None) -> WatchedFile:
-    watched = WatchedFile(path)
-    if read is not None:
-        watched.watch(read.files)
-    return watched
 
 
 def _split(argv: Sequence[str]) -> tuple[list[str], dict[str, str]]:
