@@ -8,7 +8,7 @@ graphviz draws it if it is installed, otherwise matplotlib.
 """
 
 from argparse import Namespace
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import datetime
 from io import BytesIO
@@ -88,31 +88,22 @@ class DrawnBox(NamedTuple):
 
 def places(graph: FrameGraph) -> dict[str, DrawnBox]:
     """Return the place of each frame: leaves have a row each, a parent is amid its children."""
-    children: dict[str, list[GraphEdge]] = {}
-    for one in graph.edges:
-        children.setdefault(one.info.parent, []).append(one)
+    order = list(branches(edge.info for edge in graph.edges))
+    edges = {edge.info.child: edge for edge in graph.edges}
+    children: dict[str, list[str]] = {}
+    for edge in graph.edges:
+        children.setdefault(edge.info.parent, []).append(edge.info.child)
+    leaves = [branch.frame for branch in order if branch.frame not in children]
+    rows = {frame: float(row) for row, frame in enumerate(leaves)}
     boxes: dict[str, DrawnBox] = {}
-    rows = 0
-    for root in graph.roots:
-        for column, frame, edge in _depth_first(root, children):
-            below = [boxes[one.info.child].row for one in children.get(frame, ())]
-            row = (min(below) + max(below)) / 2.0 if below else float(rows)
-            rows += not below
-            lines = label_of_root(graph, frame) if edge is None else label_of(edge)
-            boxes[frame] = DrawnBox(column, row, lines, edge)
+    for lead, frame, _ in reversed(order):
+        if frame in children:
+            below = [rows[child] for child in children[frame]]
+            rows[frame] = (min(below) + max(below)) / 2.0
+        own = edges.get(frame)
+        lines = label_of_root(graph, frame) if own is None else label_of(own)
+        boxes[frame] = DrawnBox(len(lead) // len(_STEP), rows[frame], lines, own)
     return boxes
-
-
-def _depth_first(root: str, children: dict[str, list[GraphEdge]]
-                 ) -> Iterable[tuple[int, str, GraphEdge | None]]:
-    """Return the frames below a root with their depth and edge, children before parents."""
-    order: list[tuple[int, str, GraphEdge | None]] = []
-    waiting: list[tuple[int, str, GraphEdge | None]] = [(0, root, None)]
-    while waiting:
-        column, frame, edge = waiting.pop()
-        order.append((column, frame, edge))
-        waiting += [(column + 1, one.info.child, one) for one in children.get(frame, ())]
-    return reversed(order)
 
 
 def _draw_with_matplotlib(graph: FrameGraph, path: Path) -> None:
