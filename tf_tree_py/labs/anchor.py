@@ -17,7 +17,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = '300 ms late: naive 9 m jumps, anchored 1.4 cm off and no jump'
@@ -212,8 +212,7 @@ def _draw(passes: list[Pass], first: int, own: float, figure: Any) -> None:
     errors.set(title='Median error [cm]')
     _bars(steps, names, ours, [float(one.steps[first:].max()) for one in passes], 0.1)
     steps.axvline(100.0 * own, color='black', linewidth=0.8, linestyle='--')
-    steps.annotate("the robot's own", (100.0 * own, -0.42), xytext=(4, 0),
-                   textcoords='offset points', va='center')
+    note(steps, "the robot's own", (100.0 * own, -0.42), (4, 0), va='center')
     steps.set(title='Largest step in 20 ms [cm]')
 
 
@@ -224,8 +223,8 @@ def _bars(axes: Any, names: list[str], ours: list[bool], metres: list[float], mo
     for place, each in enumerate(metres):
         cut = each > 0.9 * most
         number = f'{100.0 * each:.0f} \u2192' if cut else f'{100.0 * each:.1f}'
-        axes.annotate(number, (100.0 * min(each, 0.9 * most), place), xytext=(-4 if cut else 4, 0),
-                      textcoords='offset points', va='center', ha='right' if cut else 'left',
-                      color='white' if cut else 'black', fontweight='bold')
+        note(axes, number, (100.0 * min(each, 0.9 * most), place), (-4 if cut else 4, 0),
+             va='center', ha='right' if cut else 'left', color='white' if cut else 'black',
+             fontweight='bold')
     axes.set(xlim=(0.0, 100.0 * most), ylim=(len(names) - 0.5, -0.5))
     axes.grid(visible=False, axis='y')

@@ -16,7 +16,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, name_ticks, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a spline knows between poses what lerp and slerp cut off; at a jump it rings'
@@ -265,8 +265,7 @@ def _draw(rows: list[Between], figure: Any) -> None:
         left.loglog(rates, [getattr(row, name) for row in rows], **style, label=label)
     left.set(xlabel='rate of the poses [Hz]', ylabel='largest error in the image [px]',
              title='An event camera between two poses')
-    left.set_xticks(rates, [str(rate) for rate in rates])
-    left.minorticks_off()
+    name_ticks(left, rates)
     left.legend(loc='lower left')
     _draw_jump(right)
 

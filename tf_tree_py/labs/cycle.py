@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from itertools import permutations
 from typing import Any, NamedTuple
 
 from tf_tree_py.buffer_core import BufferCore
@@ -99,15 +100,12 @@ def ask(buffer: BufferCore) -> list[Pair]:
     """Look up every pair of frames in both."""
     tree = disputed()
     pairs = []
-    for target in FRAMES:
-        for source in FRAMES:
-            if target == source:
-                continue
-            try:
-                tf2 = tf2_lookup(tree, target, source).x
-            except TooDeep:
-                tf2 = None
-            pairs.append(Pair(target, source, tf2, _x(buffer, target, source)))
+    for target, source in permutations(FRAMES, 2):
+        try:
+            tf2 = tf2_lookup(tree, target, source).x
+        except TooDeep:
+            tf2 = None
+        pairs.append(Pair(target, source, tf2, _x(buffer, target, source)))
     return pairs
 
 

@@ -14,7 +14,7 @@ from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'the way back is the inverse, not the transpose; "is it in front of me?"'
@@ -158,8 +158,7 @@ def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Any) -> None:
             facecolor='white', edgecolor=colour, hatch=hatch, label=label)
         right.bar_label(bars, ['' if row.error < 1e-9 else f'{100.0 * getattr(row, share):.0f} %'
                                for row in outcomes], padding=3)
-    right.annotate('0 %: right at every pose', (0.0, 0.0), (6, 0), va='center',
-                   textcoords='offset points')
+    note(right, '0 %: right at every pose', (0.0, 0.0), (6, 0), va='center')
     right.set_yticks(heights, [row.way.replace(', ', ',\n').replace('matrix ', 'matrix\n')
                                for row in outcomes])
     right.set(xlabel=f'share of {_TRIALS} random poses [%]',
@@ -176,9 +175,9 @@ def _draw_places(axes: Any, outcomes: list[Outcome], map_T_base: Pose) -> None:
     axes.fill(behind[:, 0], behind[:, 1], facecolor='#e9e9e9', edgecolor=GREY, linewidth=1.0)
     corners = map_T_base @ [(0.5, 0.0, 0.0), (-0.3, 0.3, 0.0), (-0.3, -0.3, 0.0), (0.5, 0.0, 0.0)]
     axes.plot(corners[:, 0], corners[:, 1], color='black')
-    axes.annotate('robot', map_T_base.translation[:2], (12, 12), textcoords='offset points')
+    note(axes, 'robot', map_T_base.translation[:2], (12, 12))
     axes.plot(0.0, 0.0, marker='+', color='black', markersize=12)
-    axes.annotate('map', (0.0, 0.0), (8, -12), textcoords='offset points', bbox=_PAPER)
+    note(axes, 'map', (0.0, 0.0), (8, -12), bbox=_PAPER)
     axes.annotate('behind the robot', (-2.9, 2.9), bbox=_PAPER)
     axes.annotate('in front', (3.3, 3.2))
     for row, marker in zip(outcomes, 'oXsD', strict=True):

@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, name_ticks, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a shaken camera, poses at 20 Hz: 0.16 rad off, with a gyroscope 0.0001'
@@ -175,8 +175,7 @@ def _draw(gaps: list[Gap], figure: Any) -> None:
                 label='with a gyroscope at 1 kHz')
     left.set(xlabel='rate of the poses [Hz]', ylabel='largest error between poses [deg]',
              title='A shaken camera')
-    left.set_xticks(RATES_HZ, [f'{rate:g}' for rate in RATES_HZ])
-    left.minorticks_off()
+    name_ticks(left, RATES_HZ)
     left.legend(loc='upper right')
     _draw_course(right)
 

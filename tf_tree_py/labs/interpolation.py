@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.se3 import distance_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .latency import Motion, pose_at
-from .pictures import GREY, STYLES
+from .pictures import GREY, name_ticks, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'between samples a curve is cut by a T^2/8; a jump invents poses'
@@ -189,12 +189,10 @@ def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
                     color=style['color'], marker=style['marker'], linestyle=style['linestyle'],
                     label=f'ω = {rate:g} rad/s')
     left.axhline(1.0, color=GREY, linewidth=1.0)
-    left.annotate('1 mm', (100.0, 1.0), (0, 3), textcoords='offset points', ha='right',
-                  color=GREY)
+    note(left, '1 mm', (100.0, 1.0), (0, 3), ha='right', color=GREY)
     left.set(xlabel='publishing rate [Hz]', ylabel='largest error between samples [mm]',
              title=f'A curve at {SPEED} m/s: error = v ω T² / 8')
-    left.set_xticks(RATES_HZ, [f'{rate:g}' for rate in RATES_HZ])
-    left.minorticks_off()
+    name_ticks(left, RATES_HZ)
     left.legend(loc='lower left')
     _draw_jump(right)
 
@@ -213,11 +211,11 @@ def _draw_jump(axes: Any) -> None:
               linestyle='--', label='lookups with the remedy')
     axes.plot(0.0, 0.0, color=STYLES[1]['color'], marker='s', markersize=8.0, fillstyle='none',
               linestyle='none', markeredgewidth=1.8)
-    axes.annotate('invented:\nit was never here', (-0.5 * period, height / 2.0), (-105, 8),
-                  textcoords='offset points', arrowprops={'arrowstyle': '->'})
-    axes.annotate('the remedy:\nthe old pose\nonce more', (0.0, 0.0), (18, 30),
-                  textcoords='offset points', color=STYLES[1]['color'],
-                  arrowprops={'arrowstyle': '->', 'color': STYLES[1]['color'], 'shrinkB': 6.0})
+    note(axes, 'invented:\nit was never here', (-0.5 * period, height / 2.0), (-105, 8),
+         arrowprops={'arrowstyle': '->'})
+    note(axes, 'the remedy:\nthe old pose\nonce more', (0.0, 0.0), (18, 30),
+         color=STYLES[1]['color'],
+         arrowprops={'arrowstyle': '->', 'color': STYLES[1]['color'], 'shrinkB': 6.0})
     axes.set(xlabel='time, from the jump [ms]', ylabel='odom in map: y [cm]',
              ylim=(-5.0, 80.0), title='A jump of map → odom, published at 10 Hz')
     axes.legend(loc='upper left')

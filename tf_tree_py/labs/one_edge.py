@@ -16,7 +16,7 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.urdf import Robot
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .remount import moving, SENSORS
 from .report import Column, Report, Table
 
@@ -177,7 +177,7 @@ def _draw(rows: list[Edit], figure: Any) -> None:
     left.plot([row.below for row in rows], [row.changed for row in rows], color='black',
               marker='o', linestyle='none', fillstyle='none', label='an edited line')
     for row, offset in ((row, _OFFSETS[row.edge[1]]) for row in rows if row.edge[1] in _OFFSETS):
-        left.annotate(row.edge[1], (row.below, row.changed), offset, textcoords='offset points')
+        note(left, row.edge[1], (row.below, row.changed), offset)
     left.set(xlabel='frames below the edge, b', ylabel='lookups that changed',
              title=f'Which of {frames * (frames - 1):,} lookups change', ylim=(0.0, 900.0))
     left.legend(loc='lower center')

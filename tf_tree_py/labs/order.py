@@ -12,7 +12,7 @@ import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'first turn, then go is not first go, then turn; what hides it'
@@ -167,7 +167,7 @@ def _draw_exercise(axes: Any) -> None:
             (_rounded(wrong_order(EXERCISE) @ CAMERA_P), 'X',
              'the same, composed\nfrom the wrong end', (9, -9))):
         axes.plot(*where[:2], marker=marker, color=STYLES[2]['color'], markersize=9)
-        axes.annotate(text, where[:2], side, textcoords='offset points')
+        note(axes, text, where[:2], side)
     axes.set(xlabel='x in map [m]', ylabel='y in map [m]', aspect='equal', xticks=range(5),
              xlim=(-0.5, 4.5), ylim=(-0.5, 4.5), title='The exercise, from above')
 
@@ -180,4 +180,4 @@ def _frame(axes: Any, pose: Pose, text: str, colour: str, line: str,
         axes.annotate('', origin + size * ((pose @ tip)[:2] - origin), origin, arrowprops={
             'arrowstyle': '->', 'color': colour, 'linestyle': line, 'linewidth': 1.6,
             'shrinkA': 0.0, 'shrinkB': 0.0})
-    axes.annotate(text, origin, offset, textcoords='offset points', color=colour)
+    note(axes, text, origin, offset, color=colour)

@@ -3,7 +3,7 @@
 
 """Drawing with matplotlib: readable in black and white, with reproducible bytes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,22 @@ _SETTINGS: dict[Any, Any] = {
     'svg.hashsalt': 'tf_tree_py',
     'svg.fonttype': 'path',
 }
+
+
+def note(axes: Any, text: str, point: Any, offset: tuple[float, float], **options: Any) -> None:
+    """
+    Write a text beside a point.
+
+    :param offset: of the text from the point, right and up, 1/72 inch.
+    :param options: passed to ``Axes.annotate``.
+    """
+    axes.annotate(text, point, offset, textcoords='offset points', **options)
+
+
+def name_ticks(axes: Any, values: Sequence[float]) -> None:
+    """Mark just these values on the x axis, which may be logarithmic."""
+    axes.set_xticks(values, [f'{value:g}' for value in values])
+    axes.minorticks_off()
 
 
 class NoPicture(Exception):

@@ -19,7 +19,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 PlanarTuple = tuple[float, float, float]
@@ -189,12 +189,11 @@ def _draw_side(axes: Any) -> None:
     axes.plot([foot[0], foot[0]], [0.0, height], color=GREY, linestyle='--')
     axes.plot(*top, marker='o', color='black', markersize=8)
     axes.plot(foot[0], height, marker='o', color=GREY, markersize=8, fillstyle='none')
-    axes.annotate('where it is', top, (10, -12), textcoords='offset points')
-    axes.annotate('where a planar\ntree puts it', (foot[0], height), (-8, 10), ha='right',
-                  textcoords='offset points')
+    note(axes, 'where it is', top, (10, -12))
+    note(axes, 'where a planar\ntree puts it', (foot[0], height), (-8, 10), ha='right')
     axes.annotate('', (top[0], 0.1), (foot[0], 0.1), arrowprops={'arrowstyle': '<->'})
     axes.plot([top[0], top[0]], [0.0, top[1]], color=GREY, linewidth=0.8, linestyle=':')
-    axes.annotate('h sin(lean)', (top[0], 0.1), (8, -3), textcoords='offset points')
+    note(axes, 'h sin(lean)', (top[0], 0.1), (8, -3))
     axes.annotate('h', (foot[0] + 0.1, 0.55))
     axes.plot([0.0, 2.1], [0.0, 0.0], color='black', linewidth=0.8)
     slope = np.array([0.0, 1.8])

@@ -13,7 +13,7 @@ from tf_tree_py.core import FutureExtrapolationException, Pose
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .coverage import by_robot
-from .pictures import GREY, STYLES
+from .pictures import GREY, name_ticks, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'beyond the newest data: how far off, and whether the covariance knows it'
@@ -171,8 +171,7 @@ def _draw(aheads: list[Ahead], figure: Any) -> None:
             'the newest pose', 'predicted', 'σ of the prediction'), strict=False):
         left.loglog(times, [getattr(one, name) * 100.0 for one in aheads], **style, label=label)
     left.set(xlabel='time ahead [ms]', ylabel='mean error [cm]', title='A robot that swerves')
-    left.set_xticks(times, [f'{time:g}' for time in times])
-    left.minorticks_off()
+    name_ticks(left, times)
     left.legend(loc='upper left')
     _draw_course(right)
 

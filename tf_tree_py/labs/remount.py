@@ -16,7 +16,7 @@ from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.queries import Queries
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, name_ticks, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'one camera is remounted: 456 hard-coded places against one edge'
@@ -214,13 +214,11 @@ def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
         left.plot(numbers, heights, color='black', linestyle='none', marker='o', markersize=8.0,
                   fillstyle=fill, label=label)
         for height, number in zip(heights, numbers, strict=True):
-            left.annotate(f'{number}', (number, height), (0, 9), textcoords='offset points',
-                          ha='center')
+            note(left, f'{number}', (number, height), (0, 9), ha='center')
     left.set_yticks(heights, ['each module\nholds all', 'each module\nholds what\nit uses',
                               'the tree'])
     left.set_xscale('log')
-    left.set_xticks([1, 10, 100, 1000], ['1', '10', '100', '1000'])
-    left.minorticks_off()
+    name_ticks(left, (1, 10, 100, 1000))
     left.set(xlabel='places in the code', xlim=(0.6, 1500.0), ylim=(2.5, -1.3),
              title='One camera is remounted: what to change')
     left.grid(axis='y', visible=False)
@@ -233,8 +231,7 @@ def _draw_forgotten(axes: Any, rows: list[Forgotten]) -> None:
     axes.barh(heights, [row.moved * 100.0 for row in rows], facecolor='white', hatch='////',
               edgecolor=STYLES[1]['color'])
     for height, row in zip(heights, rows, strict=True):
-        axes.annotate(f'{row.moved * 100.0:.1f} cm',
-                      (row.moved * 100.0, height), (4, -3), textcoords='offset points')
+        note(axes, f'{row.moved * 100.0:.1f} cm', (row.moved * 100.0, height), (4, -3))
     axes.set_yticks(
         heights, [f'{row.module.name}\n({row.module.ahead:g} m ahead)' for row in rows])
     axes.invert_yaxis()

@@ -14,7 +14,7 @@ import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose, TransformException
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'lookups at startup, with and without a timeout: who fails, and how long'
@@ -166,8 +166,7 @@ def _draw(programs: Mapping[float, Sequence[Start]], figure: Any) -> None:
     for timeout in TIMEOUTS_S[1:]:
         left.axvline(timeout, color=GREY, linewidth=1.0, linestyle='--',
                      label='timeouts, as on the right' if timeout == TIMEOUTS_S[-1] else None)
-        left.annotate(f'{timeout:g} s', (timeout, 105.0), (3, 0), color=GREY,
-                      textcoords='offset points')
+        note(left, f'{timeout:g} s', (timeout, 105.0), (3, 0), color=GREY)
     left.set(xlabel='time from the start to the transform [s]', ylim=(0.0, 112.0),
              ylabel=f'share of {len(times)} starts [%]', title='How many have the transform',
              xlim=(0.0, 1.15))
@@ -176,8 +175,7 @@ def _draw(programs: Mapping[float, Sequence[Start]], figure: Any) -> None:
               for program in programs.values()]
     right.bar(range(len(shares)), shares, facecolor='white', edgecolor='black', hatch='////')
     for place, share in enumerate(shares):
-        right.annotate(f'{share:.0f} %', (place, share), (0, 3), textcoords='offset points',
-                       ha='center')
+        note(right, f'{share:.0f} %', (place, share), (0, 3), ha='center')
     right.set_xticks(range(len(shares)), [f'{timeout:g}' if timeout else 'none'
                                           for timeout in programs])
     right.set(xlabel='timeout of the lookup [s]', ylabel='share of starts [%]',

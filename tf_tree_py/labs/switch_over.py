@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'wheels slip, a camera takes over: 40 cm in one step, or 0.3 m/s'
@@ -140,8 +140,7 @@ def _draw(runs: list[Run], at: int, figure: Any) -> None:
         left.plot(*one.poses[near, :2].T, **style, label=one.name)
         right.plot(_STAMPS[1:] / 1e9, one.steps / as_seconds(_STEP), **style)
     x, y = runs[0].poses[at == _STAMPS, :2][0]
-    left.annotate('the rule switches', (x, y), (-88, 20), textcoords='offset points',
-                  arrowprops={'arrowstyle': '->'})
+    note(left, 'the rule switches', (x, y), (-88, 20), arrowprops={'arrowstyle': '->'})
     left.set(xlabel='x [m]', ylabel='y [m]', title='Path from 3 s before the switch to 3 s after')
     left.set_aspect('equal', adjustable='datalim')
     figure.legend(*left.get_legend_handles_labels(), loc='outside lower center', ncols=3)
@@ -152,12 +151,11 @@ def _draw_limits(axes: Any, at: int, runs: list[Run]) -> None:
     """Draw the time of the switch, and the limit of the apparent speed."""
     allowed, jump = _SPEED + MAX_SPEED, runs[1].steps.max() / as_seconds(_STEP)
     axes.axhline(allowed, color=GREY, linewidth=0.8)
-    axes.annotate(f'allowed in a blend: {_SPEED:g} + {MAX_SPEED:g} m/s', (13.8, allowed), (0, 4),
-                  textcoords='offset points', color=GREY, ha='right')
-    axes.annotate(f'in one message: {jump:.0f} m/s', (as_seconds(at), 1.4), (10, 0),
-                  textcoords='offset points', va='center', color=STYLES[1]['color'])
-    axes.annotate('wheels slip', (as_seconds(_SLIPS_AT), 0.72), (-8, 0), va='center', ha='right',
-                  textcoords='offset points')
+    note(axes, f'allowed in a blend: {_SPEED:g} + {MAX_SPEED:g} m/s', (13.8, allowed), (0, 4),
+         color=GREY, ha='right')
+    note(axes, f'in one message: {jump:.0f} m/s', (as_seconds(at), 1.4), (10, 0), va='center',
+         color=STYLES[1]['color'])
+    note(axes, 'wheels slip', (as_seconds(_SLIPS_AT), 0.72), (-8, 0), va='center', ha='right')
     axes.set(xlabel='time [s]', ylabel='apparent speed [m/s]', ylim=(0.0, 1.5), xlim=(0.0, 14.0),
              title='Speed, as a planner computes it')
 

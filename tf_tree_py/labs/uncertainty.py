@@ -14,7 +14,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, name_ticks, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'one degree of mounting error is 9 cm at 5 m; which edge an error comes from'
@@ -134,12 +134,10 @@ def _draw(spreads: list[Spread], figure: Any) -> None:
     left.loglog(distances, [one.by_shift * 100.0 for one in spreads], **STYLES[1],
                 label='mounting 1 cm off')
     left.axvline(SHIFT / ANGLE, color=GREY, linewidth=1.0)
-    left.annotate(f'equal at {SHIFT / ANGLE:.2f} m', (SHIFT / ANGLE, 6.0), (4, 0),
-                  textcoords='offset points', color=GREY)
+    note(left, f'equal at {SHIFT / ANGLE:.2f} m', (SHIFT / ANGLE, 6.0), (4, 0), color=GREY)
     left.set(xlabel='distance [m]', ylabel='sideways error (1 σ) [cm]',
              title='An angle grows with the distance')
-    left.set_xticks(distances, [f'{distance:g}' for distance in distances])
-    left.minorticks_off()
+    name_ticks(left, distances)
     left.legend(loc='upper left')
     _draw_budget(right)
 

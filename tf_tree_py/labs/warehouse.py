@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.se3 import exp
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.reports.audit import LookupAudit
 
-from .pictures import GREY, STYLES
+from .pictures import GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a forklift is right when it stands and wrong when it moves; whose line?'
@@ -205,7 +205,7 @@ def _draw_triangle(axes: Any, straight: Miss, turning: Miss, curve: Miss) -> Non
             'arrowstyle': '-|>', 'color': style['color'], 'linewidth': 1.8,
             'linestyle': style['linestyle'], 'shrinkA': 0.0, 'shrinkB': 0.0})
     axes.plot(0.0, 0.0, marker='s', color='black', markersize=7)
-    axes.annotate('the pallet', (0.0, 0.0), (-8, 8), textcoords='offset points', ha='right')
+    note(axes, 'the pallet', (0.0, 0.0), (-8, 8), ha='right')
     axes.annotate(f'translation: v · delay\n{straight.size * 100.0:.1f} cm', (2.0, -0.15),
                   ha='center', va='top', color=STYLES[2]['color'])
     axes.annotate(f'rotation:\nω r · delay\n{turning.size * 100.0:.1f} cm', (4.15, 1.4),
@@ -213,6 +213,6 @@ def _draw_triangle(axes: Any, straight: Miss, turning: Miss, curve: Miss) -> Non
     axes.annotate(f'together\n{curve.size * 100.0:.1f} cm', (1.9, 1.9), ha='right',
                   color=STYLES[1]['color'])
     axes.plot(*tip, marker='s', color='black', markersize=7, fillstyle='none')
-    axes.annotate('where it is placed', tip, (-10, 8), textcoords='offset points', ha='center')
+    note(axes, 'where it is placed', tip, (-10, 8), ha='center')
     axes.set(xlabel='ahead [cm]', ylabel='to the left [cm]', aspect='equal', xlim=(-1.9, 6.1),
              ylim=(-1.4, 4.4), title=f'{DELAY / 1e6:.0f} ms late, on a curve, from above')
