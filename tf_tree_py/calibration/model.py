@@ -19,6 +19,7 @@ sees the opposite. The derivative by the time is the difference of two lookups.
 
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -226,9 +227,8 @@ class Model:
         made = copy(self)
         made.reach, made.seen, made._last = reach, [], {}
         for (each, ways), mask in zip(self.seen, kept, strict=True):
-            fewer = Observations(
-                each.sensor, each.stamps[mask], each.seen[mask], each.fixed_in, each.target,
-                each.place, None if each.covariances is None else each.covariances[mask])
+            fewer = replace(each, stamps=each.stamps[mask], seen=each.seen[mask], covariances=(
+                None if each.covariances is None else each.covariances[mask]))
             made.seen.append(Seen(fewer, Ways(self._tree, ways.chain, fewer.stamps)))
         return made
 

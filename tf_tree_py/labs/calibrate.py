@@ -24,7 +24,6 @@ _PALLET = Pose.from_xyz_rpy(x=4.0, y=0.6, z=0.1, yaw=0.2)
 _EDGE = ('base_link', 'camera')
 _SCENES = {'nothing': (0.0, 0.0), 'the mounting': (TURNED, 0.0), 'the stamps': (0.0, LATE_S),
            'both': (TURNED, LATE_S)}
-_LIMITS = Limits(max_offset_s=0.2)
 
 
 def _map_T_base(seconds: Any) -> Any:
@@ -56,8 +55,8 @@ def drive(turned: float, late_s: float, *, turning: bool = True
     wrong = Pose.from_rotation_vector((0.0, 0.0, turned), _TRUE[:3]) @ Pose.from_parts(
         rotation=_TRUE.rotation)
     buffer.insert(*_EDGE, 0, wrong, static=True)
-    camera = se3.compose_many(true, np.tile(_TRUE, (len(taken), 1)))
-    seen = se3.compose_many(se3.inverse_many(camera), np.tile(_PALLET, (len(taken), 1)))
+    camera = se3.compose_many(true, np.array(_TRUE))
+    seen = se3.compose_many(se3.inverse_many(camera), np.array(_PALLET))
     noise = rng.normal(size=(len(taken), 6)) * ([_NOISE_M] * 3 + [_NOISE_RAD] * 3)
     seen = se3.compose_many(seen, se3.exp_many(noise))
     return buffer, Observations('camera', _stamps(taken + late_s), seen, 'map', 'pallet')
@@ -69,9 +68,8 @@ def _stamps(seconds: Any) -> Any:
 
 def run() -> Report:
     """Simulate the forklift with each fault, and calibrate."""
-    found = {name: calibrate(*_asked(*fault), time=True, limits=_LIMITS)
-             for name, fault in _SCENES.items()}
-    straight = calibrate(*_asked(TURNED, LATE_S, turning=False), time=True, limits=_LIMITS)
+    found = {name: _calibrated(*drive(*fault)) for name, fault in _SCENES.items()}
+    straight = _calibrated(*drive(TURNED, LATE_S, turning=False))
     both = found['both']
     unexplained = {each.name.value: each.unexplained_m for each in both.explanations}
     before, after = _budget(both)
@@ -97,9 +95,8 @@ def run() -> Report:
         draw=partial(_draw, both))
 
 
-def _asked(turned: float, late_s: float, *, turning: bool = True) -> Any:
-    buffer, seen = drive(turned, late_s, turning=turning)
-    return buffer, _EDGE, seen
+def _calibrated(buffer: BufferCore, seen: Observations) -> Calibration:
+    return calibrate(buffer, _EDGE, seen, time=True, limits=Limits(max_offset_s=0.2))
 
 
 def _budget(found: Calibration) -> tuple[float, float]:
