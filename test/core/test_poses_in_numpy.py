@@ -322,6 +322,18 @@ def test_memory_is_shared_and_keeps_its_owner(file_of_poses):
     assert np.from_dlpack(made()).dtype == np.float64
 
 
+# Skipped where numpy is old, so this file runs in the environment of a newer numpy, too, whose
+# functions have other names.
+@pytest.mark.skipif(int(np.__version__.partition('.')[0]) < 2,
+                    reason='np.asarray has no copy before numpy 2')
+def test_memory_is_copied_only_where_numpy_asks_for_it():
+    poses = made()
+    assert np.shares_memory(np.asarray(poses, copy=False), poses.translation)
+    assert not np.shares_memory(np.asarray(poses, copy=True), poses.translation)
+    with pytest.raises(ValueError, match='copy'):
+        np.asarray(poses, np.float32, copy=False)
+
+
 def test_poses_keep_their_shape():
     array = np.zeros((2, 7))
     poses = Poses(array)

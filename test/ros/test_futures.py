@@ -429,7 +429,7 @@ def test_garbage_collection_of_a_coroutine_takes_no_lock(buffer, context, no_col
     executor.shutdown()
     del executor
     collecting = threading.Thread(target=gc.collect)
-    with buffer._lock, buffer.timeouts._alarms._lock:
+    with buffer._lock, buffer.timeouts.alarms._lock:
         collecting.start()
         collecting.join(PATIENCE_S)
         assert not collecting.is_alive()
