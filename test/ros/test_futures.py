@@ -433,9 +433,9 @@ def test_garbage_collection_of_a_coroutine_takes_no_lock(buffer, context, no_col
         collecting.start()
         collecting.join(PATIENCE_S)
         assert not collecting.is_alive()
-    assert len(buffer.waiting) == buffer.timeouts.alarms == 1
+    assert len(buffer.waiting) == len(buffer.timeouts.alarms) == 1
     buffer.timeouts.forget_orphans()
-    assert len(buffer.waiting) == buffer.timeouts.alarms == 0
+    assert len(buffer.waiting) == len(buffer.timeouts.alarms) == 0
 
 
 def test_buffer_dies_with_its_futures():
