@@ -57,7 +57,7 @@ class _Lock:
     """
     A lock of ``threading`` that notes what the thread holds when it takes the lock.
 
-    A thread that gives up after a time waits for nobody without end, so that is not noted. To
+    A thread that gives up after a time does not wait without end, so its wait is not noted. To
     take a lock without waiting is to raise a flag.
     """
 

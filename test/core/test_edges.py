@@ -10,6 +10,7 @@ from pathlib import Path
 
 from hypothesis import example, given, strategies as st
 import numpy as np
+from policies import HoldNewest
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore, ConstantTwist, core, Spline
@@ -20,7 +21,7 @@ from tf_tree_py.beyond.curves.aided import aided
 from tf_tree_py.beyond.curves.curve import GivenCurve
 from tf_tree_py.beyond.curves.curve_history import CurveHistory
 from tf_tree_py.core import ExtrapolationException, Pose, TreeFileError
-from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR, Linear
+from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
@@ -63,22 +64,6 @@ class Step(Interpolation):
         return samples.pose(index)
 
 
-class HoldNewest(Linear):
-    """The newest sample stays valid for a while."""
-
-    name = 'hold newest of a test'
-
-    def __init__(self, holds_for=HOLD):
-        self.holds_for = holds_for
-
-    def save(self, arrays):
-        return {'holds_for': self.holds_for}
-
-    @classmethod
-    def load(cls, saved):
-        return cls(saved.whole('holds_for'))
-
-
 def sampled(interpolation=LINEAR):
     return Samples('child', WINDOW, interpolation=interpolation)
 
@@ -92,7 +77,7 @@ def easing():
 
 
 def holding():
-    return sampled(HoldNewest())
+    return sampled(HoldNewest(HOLD))
 
 
 def aided_by_a_gyroscope():
@@ -106,7 +91,7 @@ def aided_by_a_gyroscope():
 
 def aided_and_holding():
     history = aided_by_a_gyroscope()
-    history.interpolate_by(history.interpolation.followed_by(HoldNewest()))
+    history.interpolate_by(history.interpolation.followed_by(HoldNewest(HOLD)))
     return history
 
 

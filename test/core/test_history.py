@@ -8,6 +8,7 @@ from effort import examples
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 import numpy as np
+from policies import HoldNewest
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py.core import (
@@ -16,7 +17,6 @@ from tf_tree_py.core import (
     NoDataException,
     PastExtrapolationException,
 )
-from tf_tree_py.core.edges.interpolation import Linear
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3, so3
@@ -75,12 +75,6 @@ class NaiveHistory:
         return parent, se3.interpolate(older, newer, ratio)
 
 
-class Holding(Linear):
-
-    def __init__(self, holds_for):
-        self.holds_for = holds_for
-
-
 def answer(history, stamp):
     try:
         pose = history.sample(stamp)
@@ -101,7 +95,7 @@ class HistoryMachine(RuleBasedStateMachine):
     @rule(holds_for=st.integers(0, 50))
     def hold_the_newest(self, holds_for):
         self.naive.holds_for = holds_for
-        self.history.interpolate_by(Holding(holds_for))
+        self.history.interpolate_by(HoldNewest(holds_for))
         self.look_at_the_ends()
 
     @rule()

@@ -7,6 +7,7 @@ import pickle
 import threading
 
 import numpy as np
+from policies import HoldNewest
 import pytest
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore, load, Pose
@@ -21,20 +22,6 @@ from tf_tree_py.core.edges.interpolation import Interpolation, Linear
 MS = 1_000_000
 HOLD = 200 * MS
 NEWEST = 1_000 * MS
-
-
-class HoldNewest(Linear):
-    name = 'hold newest, as in the docs'
-
-    def __init__(self, holds_for):
-        self.holds_for = holds_for
-
-    def save(self, arrays):
-        return {'holds_for': self.holds_for}
-
-    @classmethod
-    def load(cls, saved):
-        return cls(saved.whole('holds_for'))
 
 
 class Halfway(Interpolation):
@@ -277,10 +264,10 @@ class Answers(Interpolation):
 
 @pytest.mark.parametrize(('answer', 'why'), [
     (lambda: 1 // 0, 'raised ZeroDivisionError'),
-    (lambda: None, 'raised TypeError'),
-    (lambda: (1.0, 2.0, 3.0), 'raised ValueError'),
+    (lambda: None, 'returned no pose: None is not a pose'),
+    (lambda: (1.0, 2.0, 3.0), r'returned no pose: an array of the shape \(3,\) is not a pose'),
     (lambda: (np.nan, 0, 0, 0, 0, 0, 1), r'returned \(nan, 0.0, .* not finite'),
-    (lambda: (0, 0, 0, 0, 0, 0, 5), 'returned .*whose quaternion has not length one'),
+    (lambda: (0, 0, 0, 0, 0, 0, 5), 'returned .*whose quaternion does not have length one'),
 ])
 def test_interpolation_that_gives_no_pose_is_named_to_who_asks(buffer, answer, why):
     buffer.set_interpolation('lift', Answers(answer))
@@ -288,7 +275,7 @@ def test_interpolation_that_gives_no_pose_is_named_to_who_asks(buffer, answer, w
                 lambda: buffer.lookup_within(9.0, 'base', 'lift', 150 * MS),
                 lambda: buffer.lookup_many('base', 'lift', [150 * MS])):
         with pytest.raises(InvalidArgumentException, match=(
-                f'Answers.between, the interpolation of the edge base -> lift, {why}')):
+                f"Answers.between, the interpolation of the edge above 'lift', {why}")):
             ask()
     assert buffer.lookup('base', 'lift', 200 * MS) == pose_at(200 * MS)
 

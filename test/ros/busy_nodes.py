@@ -197,7 +197,7 @@ def ask_a_server(buffer, node):
 
 
 def wait_for_the_users_executor(node):
-    """Wait for what nobody reads, because nobody spins the node."""
+    """Wait on a node that no executor spins."""
     buffer = Buffer()
     with TransformListener(buffer, node, spin_thread=False):
         fails(lambda: result_of(

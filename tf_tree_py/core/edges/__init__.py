@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The history of one edge: samples over time and the interpolation between them, or one pose.
+The history of one edge: samples and their interpolation, or one pose.
 
 Also its copy for lookups at many stamps. The tree defines which edges exist.
 """

@@ -20,7 +20,7 @@ from .protocol import EdgeTrack
 from .tracks import InterpolatedTrack, OneByOneTrack
 from ..errors import InvalidArgumentException
 from ..geometry.chain import between_samples, PoseTuple
-from ..geometry.poses import is_sound
+from ..geometry.poses import checked_pose, is_sound
 
 
 class Interpolation:
@@ -53,14 +53,17 @@ class Interpolation:
         :raises InvalidArgumentException: it raised an exception, or returned no pose.
         """
         try:
-            x, y, z, qx, qy, qz, qw = map(float, self.between(samples, index, stamp))
+            found: object = self.between(samples, index, stamp)
         except Exception as error:
             raise _wrong(self, samples, f'raised {error!r}') from error
-        found = (x, y, z, qx, qy, qz, qw)
-        if not is_sound(found):
-            raise _wrong(self, samples, f'returned {found}, which is not finite, or whose '
-                         'quaternion has not length one')
-        return found
+        try:
+            pose = checked_pose(found)
+        except InvalidArgumentException as error:
+            raise _wrong(self, samples, f'returned no pose: {error}') from error
+        if not is_sound(pose):
+            raise _wrong(self, samples, f'returned {pose}, which is not finite, or whose '
+                         'quaternion does not have length one')
+        return pose
 
     def track(self, samples: PackedSamples, first: int, last: int) -> EdgeTrack:
         """
@@ -94,8 +97,8 @@ class Interpolation:
 def _wrong(interpolation: Interpolation, samples: PackedSamples,
            what: str) -> InvalidArgumentException:
     return InvalidArgumentException(
-        f'{type(interpolation).__name__}.between, the interpolation of the edge {samples.parent} '
-        f'-> {samples.child}, {what}')
+        f'{type(interpolation).__name__}.between, the interpolation of the edge above '
+        f'{samples.child!r}, {what}')
 
 
 class Linear(Interpolation):

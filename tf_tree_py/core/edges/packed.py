@@ -197,7 +197,7 @@ class PackedSamples:
             stamps, poses = _in_order(stamps, poses)
         if stamps[0] < self.newest_stamp:
             self.late = min(self.late, int(stamps[0]))
-            # Saved samples that are newer than the first new one are sorted with the new ones.
+            # Stored samples that are newer than the first new one are sorted with the new ones.
             index = bisect_right(self.stamps, int(stamps[0]), self.first())
             newer = np.array(self.poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
             stamps, poses = _in_order(np.concatenate([self.stamps[index:], stamps]),
@@ -237,7 +237,7 @@ class PackedSamples:
         return few, index - begin
 
     def copied_into(self, twin: _Twin) -> _Twin:
-        """Copy the samples to a history of another kind, and return it."""
+        """Copy the samples to another object, and return it."""
         twin.parent, twin.newest_stamp = self.parent, self.newest_stamp
         twin.latest_stamp, twin._holds_for = self.latest_stamp, self._holds_for
         twin._newest_pose, twin._start = self._newest_pose, self._start
