@@ -156,8 +156,9 @@ def test_waiter_is_woken_by_the_policy_and_by_a_sample_that_reaches_far_enough()
             (NEWEST + HOLD, lambda: buffer.set_interpolation('lift', HoldNewest(HOLD))),
             (NEWEST + 2 * HOLD, lambda: buffer.insert('base', 'lift', NEWEST + HOLD, pose_at(2)))):
         found = []
-        waiter = threading.Thread(target=lambda stamp=stamp, found=found: found.append(
-            buffer.lookup_within(60.0, 'base', 'lift', stamp)))
+        # A wait that nothing wakes would ask once more at its end, and answer.
+        waiter = threading.Thread(daemon=True, target=lambda stamp=stamp, found=found: (
+            found.append(buffer.lookup_within(3600.0, 'base', 'lift', stamp))))
         waiter.start()
         while not len(buffer.waiting):
             assert waiter.is_alive()
@@ -288,11 +289,11 @@ def test_waiter_gets_the_fault_of_an_interpolation_and_who_inserts_does_not():
 
     def wait():
         try:
-            buffer.lookup_within(60.0, 'base', 'lift', NEWEST + 1)
+            buffer.lookup_within(3600.0, 'base', 'lift', NEWEST + 1)
         except InvalidArgumentException as error:
             found.append(str(error))
 
-    waiter = threading.Thread(target=wait)
+    waiter = threading.Thread(target=wait, daemon=True)
     waiter.start()
     while not len(buffer.waiting):
         assert waiter.is_alive()
