@@ -49,8 +49,7 @@ def names_of(path: Path) -> Mapping[str, str]:
 @cache
 def helper_named(name: str, tests: Path) -> Path | None:
     """Return the test helper of a name: tests import them without their folder."""
-    found = (path for place in (name, f'*/{name}') for path in tests.glob(f'{place}.py'))
-    return next(found, None)
+    return next(tests.glob(f'**/{name}.py'), None)
 
 
 def file_of(dotted: str) -> Path | None:
@@ -115,7 +114,7 @@ def is_named(changed: Path, test: Path) -> bool:
 
 def is_of_layer(changed: Path, test: Path) -> bool:
     """Return whether a changed file is in the layer of a test, or in the test's folder."""
-    return test.parent.name in changed.relative_to(REPOSITORY).parts
+    return test.relative_to(TESTS).parts[0] in changed.relative_to(REPOSITORY).parts
 
 
 def changed_files(revision: str | None) -> set[Path]:

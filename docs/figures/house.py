@@ -6,7 +6,7 @@ The table of layers and rooms, what lives in each, and what the files in them im
 
 python docs/figures/house.py counts the files and the lines of each layer.
 
-``test/core/test_walls.py`` holds the code to the table, and ``rooms.py`` draws it.
+``test/house/test_walls.py`` holds the code to the table, and ``rooms.py`` draws it.
 """
 
 import ast

@@ -8,8 +8,7 @@ import warnings
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py import BufferCore, lookup_twist_many
-from tf_tree_py.beyond.motion.deskew import deskew
+from tf_tree_py import BufferCore, deskew, lookup_twist_many
 from tf_tree_py.core import (
     InvalidArgumentException,
     Kind,

@@ -8,8 +8,8 @@ import random
 
 from hypothesis import given, strategies as st
 from inputs import for_each
+from memory import bytes_of
 import pytest
-from test_hostile_names import bytes_of
 from tf_tree_py.health.duplicate_streams import DuplicateStreams
 
 ODOM, ARM, TOOL = ('odom', 'base'), ('base', 'arm'), ('arm', 'tool')

@@ -3,10 +3,7 @@
 
 """Malicious frame names, long, many or odd: the limits of their cost and of their reports."""
 
-import gc
-import sys
-import types
-
+from memory import bytes_of
 import pytest
 from tf_tree_py import BufferCore, LATEST, Pose, TransformException
 from tf_tree_py.core import Incident, Kind, Sample
@@ -20,19 +17,6 @@ from tf_tree_py.reports.audit import LookupAudit
 # More than any sentence about one transform needs, and far less than a name may have.
 MOST_TEXT = 20_000
 LONG = 'x' * 100_000
-
-
-def bytes_of(*roots):
-    """Return the memory of objects and everything that they reference, except code and types."""
-    seen, todo, total = set(), list(roots), 0
-    while todo:
-        each = todo.pop()
-        if id(each) in seen or isinstance(each, (type, types.ModuleType, types.FunctionType)):
-            continue
-        seen.add(id(each))
-        total += sys.getsizeof(each)
-        todo += gc.get_referents(each)
-    return total
 
 
 def test_sizes_are_those_of_what_is_kept():

@@ -168,12 +168,16 @@ def names_in(path):
             for name in (getattr(node, 'attr', None), getattr(node, 'name', None))}
 
 
+def file_of(name):
+    return next(TESTS.glob(f'**/{name}'))
+
+
 def chosen_without(room, gone, left):
     """Return the tests that import none of these modules, and call nothing of the room."""
     only_there = names_of(place for place in gone if house.room_of(place) == room) - names_of(left)
     found = []
     for name in TESTS_OF_ROOMS:
-        path = TESTS / 'core' / name
+        path = file_of(name)
         imported = {node.module for node in nodes_of(path) if isinstance(node, ast.ImportFrom)}
         if imported.isdisjoint(dotted(gone)) and not names_in(path) & only_there:
             found.append(name)
@@ -195,4 +199,4 @@ def test_without_a_room_what_does_not_use_it_imports_and_passes(room, tmp_path):
     tests = chosen_without(room, gone, left)
     assert {'test_conformance.py', 'test_tree.py'} <= set(tests)
     run(LEFT.format(left=dotted(left), options=OPTIONS,
-                    tests=[str(TESTS / 'core' / name) for name in tests]), tmp_path, TESTS)
+                    tests=[str(file_of(name)) for name in tests]), tmp_path, TESTS)

@@ -16,6 +16,7 @@ import pytest
 import tf_tree_py
 
 PACKAGE = Path(tf_tree_py.__file__).parent
+TESTS = Path(__file__).parents[1]
 
 # Layers without ROS, and the packages that they may need besides the standard library.
 WITHOUT_ROS = {layer: set(of.needs.split()) for layer, of in house.LAYERS.items()
@@ -40,6 +41,30 @@ def test_core_is_read_in_an_afternoon_and_no_file_is_long():
     core = [size.code for name, size in sizes.items() if name.startswith('core/')]
     assert (len(core) <= 42, sum(core) <= 4500) == (True, True), (len(core), sum(core))
     assert [name for name, size in sizes.items() if size.lines > 450] == []
+
+
+# Folders of tests of something else than a layer: the house itself, and what is beside the package.
+OTHER_TESTS = {'house', 'arm', 'docs', 'jazzy', 'data'}
+
+
+def test_folders_of_tests_are_those_of_layers_and_rooms():
+    folders = {path.parent.relative_to(TESTS).parts for path in TESTS.rglob('test_*.py')}
+    layers = {folder[0] for folder in folders if folder}
+    assert layers - OTHER_TESTS <= house.LAYERS.keys()
+    for layer, *room in filter(None, folders):
+        assert not room or set(room) <= set(house.LAYERS[layer].rooms.split()), (layer, room)
+    assert {folder[1:] for folder in folders if folder and folder[0] == 'beyond'} >= {
+        (room,) for room in house.LAYERS['beyond'].rooms.split()}
+
+
+def test_tests_of_the_core_import_nothing_above_it():
+    """They may use public names, which the package finds in any layer."""
+    wrong = []
+    for path in (TESTS / 'core').rglob('test_*.py'):
+        wrong += [f'{path.name} imports {module}' for _, module in house.imports_of(path)
+                  if module.startswith('tf_tree_py.') and module.split('.')[1] != 'core'
+                  and module.split('.')[1] in house.LAYERS]
+    assert not wrong
 
 
 def test_layers_import_only_those_below_them():

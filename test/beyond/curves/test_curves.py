@@ -302,7 +302,7 @@ def test_uncertainty_and_prediction_work_on_any_curve():
 
 
 def test_example_of_a_motion_model_is_closer_than_lines():
-    example = Path(__file__).parents[2] / 'examples' / 'motion_model.py'
+    example = Path(__file__).parents[3] / 'examples' / 'motion_model.py'
     done = subprocess.run([sys.executable, str(example)], capture_output=True, text=True,
                           check=True, timeout=PATIENCE_S, env={
                               **os.environ, 'PYTHONPATH': str(example.parents[1])})
