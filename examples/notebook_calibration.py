@@ -16,10 +16,9 @@ import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
-from tf_tree_py import BufferCore, from_seconds, Pose, UNLIMITED
+from tf_tree_py import BufferCore, from_seconds, Pose, screws, se3, UNLIMITED
 from tf_tree_py.bag import open_bag
 from tf_tree_py.calibration import calibrate, Limits, recorded_observations
-from tf_tree_py.core import se3
 
 LATE = 60_000_000
 
@@ -28,7 +27,7 @@ def make_bag(path):
     rng = np.random.default_rng(4)
     seconds = np.arange(0.0, 30.0, 0.02)
     stamps = from_seconds(1_700_000_000) + np.round(seconds * 1e9).astype(np.int64)
-    map_T_base = se3.exp_many(np.stack([
+    map_T_base = screws.exp_many(np.stack([
         0.8 * np.sin(0.6 * seconds), 0.5 * np.cos(0.4 * seconds), 0.05 * np.sin(0.9 * seconds),
         0.1 * np.sin(1.1 * seconds), 0.1 * np.cos(0.8 * seconds), 0.5 * np.sin(0.5 * seconds)], 1))
     true = Pose.from_xyz_rpy(x=0.3, z=0.9, pitch=0.2)
@@ -39,7 +38,7 @@ def make_bag(path):
     taken = np.arange(20, len(stamps) - 20, 10)
     map_T_camera = se3.compose_many(map_T_base[taken], np.array([true]))
     seen = se3.compose_many(se3.inverse_many(map_T_camera), np.array([Pose(x=4.0, z=1.2)]))
-    seen = se3.compose_many(seen, se3.exp_many(0.002 * rng.normal(size=(len(taken), 6))))
+    seen = se3.compose_many(seen, screws.exp_many(0.002 * rng.normal(size=(len(taken), 6))))
     robot.insert_track('camera', 'tag_7', stamps[taken] + LATE, seen)
     robot.record(path)
 

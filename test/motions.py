@@ -4,7 +4,7 @@
 """Buffers of frames with known motion, for 2 s."""
 
 import numpy as np
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.core.geometry import se3
 
 SECOND = 1_000_000_000
@@ -14,7 +14,7 @@ MIDDLE, INTERVAL = 11 * SECOND, SECOND // 10
 
 def screw_motion(pose, twist):
     """Return the motion from a pose at START with a constant twist in the frame's own axes."""
-    return lambda time_s: se3.compose(pose, se3.exp(tuple(time_s * value for value in twist)))
+    return lambda time_s: se3.compose(pose, screws.exp(tuple(time_s * value for value in twist)))
 
 
 def buffer_of(*edges):
@@ -41,6 +41,6 @@ def wobble(seed):
 
     def motion(time_s):
         values = sizes * np.sin(rates * time_s + phases)
-        return se3.exp(tuple(values.tolist()))
+        return screws.exp(tuple(values.tolist()))
 
     return motion

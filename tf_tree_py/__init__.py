@@ -91,13 +91,13 @@ __all__ = [
     'FrameMismatchError', 'from_gtsam', 'from_seconds', 'FutureExtrapolationException',
     'GyroListener', 'Incident', 'Interpolation', 'InvalidArgumentException', 'LATEST', 'Linear',
     'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter',
-    'NoDataException',
-    'NotImplementedException', 'PastExtrapolationException', 'Pose', 'POSE_COLUMNS', 'Poses',
-    'RefusedException', 'se3', 'shared_buffer', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter',
-    'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics', 'time_message',
-    'TimeoutException', 'trajectory', 'transform_stamped', 'TransformBroadcaster',
-    'TransformDiagnostics', 'TransformException', 'TransformListener', 'TransformRegistration',
-    'TransformWarning', 'TreeFileError', 'TypeException', 'UNLIMITED', 'velocity_stamped',
+    'NoDataException', 'NotImplementedException', 'PastExtrapolationException', 'Pose',
+    'POSE_COLUMNS', 'Poses', 'RefusedException', 'se3', 'shared_buffer', 'Sighting', 'Snapshot',
+    'Spline', 'SplineFitter', 'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster',
+    'Statistics', 'time_message', 'TimeoutException', 'trajectory', 'transform_stamped',
+    'TransformBroadcaster', 'TransformDiagnostics', 'TransformException', 'TransformListener',
+    'TransformRegistration', 'TransformWarning', 'TreeFileError', 'TypeException', 'UNLIMITED',
+    'velocity_stamped',
 ]
 
 # The module of each name; all others are in core.
@@ -166,8 +166,8 @@ def _version() -> str:
 def __getattr__(name: str) -> Any:
     if name == '__version__':
         return _version()
-    if name == 'core':  # it is public, so `import tf_tree_py` suffices
-        return importlib.import_module('tf_tree_py.core')
+    if name in ('core', 'screws'):  # public modules, so `import tf_tree_py` suffices
+        return importlib.import_module(f'tf_tree_py.{name}')
     if name not in _LATER:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     try:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The edges of a tree as text, with each frame under its parent."""
+"""A tree as text, with each frame under its parent."""
 
 from collections.abc import Iterable, Iterator
 import html

@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 import numpy as np
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.calibration import calibrate, Observations
 from tf_tree_py.core import Pose, se3, UNLIMITED
 
@@ -29,13 +29,13 @@ def _robot() -> tuple[BufferCore, tuple[str, str], Observations]:
     buffer = BufferCore(cache_time=UNLIMITED)
     for parent, child in zip(_FRAMES, _FRAMES[1:], strict=False):
         waves = 0.2 * np.sin(np.outer(seconds, rng.uniform(0.3, 0.9, 6)) + rng.uniform(0, 6, 6))
-        buffer.insert_track(parent, child, stamps, se3.exp_many(waves))
+        buffer.insert_track(parent, child, stamps, screws.exp_many(waves))
     buffer.insert('flange', 'camera', 0, Pose(x=0.1), static=True)
     taken = np.sort(rng.choice(stamps[100:-100], _COUNT, replace=False))
     camera = np.asarray(
         buffer.lookup_many('map', 'flange', taken) @ Pose.from_xyz_rpy(x=0.12, yaw=0.02))
     seen = se3.compose_many(se3.inverse_many(camera), np.array([Pose(x=3.0)]))
-    seen = se3.compose_many(seen, se3.exp_many(0.002 * rng.normal(size=(_COUNT, 6))))
+    seen = se3.compose_many(seen, screws.exp_many(0.002 * rng.normal(size=(_COUNT, 6))))
     return buffer, ('flange', 'camera'), Observations(
         'camera', taken + 40_000_000, seen, 'map')
 

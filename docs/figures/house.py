@@ -36,8 +36,9 @@ LAYERS = {
     'command': Layer('core', needs=''),
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
     'files': Layer('core', needs='numpy'),
+    'screws': Layer('core', needs='numpy'),
     'outline': Layer('core', needs=''),
-    'beyond': Layer('core files',
+    'beyond': Layer('core files screws',
                     'framed uncertainty curves motion corrections prediction sources',
                     needs='numpy scipy'),
     'recording': Layer('core files', needs='rosbags'),
@@ -50,9 +51,9 @@ LAYERS = {
     'urdf': Layer('core buffer_core', needs='numpy xacro'),
     'bag': Layer('core frame_names beyond recording buffer_core health urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
-    'calibration': Layer('core beyond buffer_core bag', needs='numpy rosbags scipy'),
+    'calibration': Layer('core screws beyond buffer_core bag', needs='numpy rosbags scipy'),
     'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),
-    'ros': Layer('core frame_names limited_log beyond recording buffer_core reports health '
+    'ros': Layer('core screws frame_names limited_log beyond recording buffer_core reports health '
                  'thinning',
                  'messages threads waiting buffer topics remote filtering'),
     'nodes': Layer('command core frame_names limited_log beyond buffer_core reports health '
@@ -62,9 +63,9 @@ LAYERS = {
     'view': Layer('command core limited_log beyond buffer_core reports health bag urdf fleet ros '
                   'tools',
                   'model robot sensors framing scene panels page'),
-    'labs': Layer('command core files beyond buffer_core reports health calibration bag urdf ros',
-                  'live'),
-    'dropin': Layer('core beyond buffer_core reports health bag ros'),
+    'labs': Layer('command core files screws beyond buffer_core reports health calibration bag '
+                  'urdf ros', 'live'),
+    'dropin': Layer('core screws beyond buffer_core reports health bag ros'),
 }
 
 

@@ -20,7 +20,7 @@ from hypothesis import settings
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.calibration import calibrate, Limits, Observations, Verdict
 from tf_tree_py.core import Pose, se3, UNLIMITED
 
@@ -198,7 +198,7 @@ def at_stops(seed, stops=8):
     camera = se3.compose_many(buffer.lookup_many('map', 'base', taken),
                               np.tile(given.true, (len(taken), 1)))
     seen = se3.compose_many(se3.inverse_many(camera), np.tile(PLACE, (len(taken), 1)))
-    seen = se3.compose_many(seen, se3.exp_many(0.002 * rng.normal(size=(len(taken), 6))))
+    seen = se3.compose_many(seen, screws.exp_many(0.002 * rng.normal(size=(len(taken), 6))))
     return given._replace(buffer=buffer), Observations('camera', taken, seen, 'map')
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.calibration import calibrate, Limits, Observations, Verdict
 from tf_tree_py.core import Pose, se3, UNLIMITED
 from tf_tree_py.tools.calibrate.report import advice, hidden
@@ -29,7 +29,7 @@ def with_mast(drive, turns=None):
     tree.insert_track('map', 'base', stamps, drive.buffer.lookup_many('map', 'base', stamps))
     tree.insert('base', 'mast', 0, BASE_T_MAST, static=True)
     if turns is not None:
-        tree.insert_track('mast', 'head', stamps, se3.exp_many(np.stack(
+        tree.insert_track('mast', 'head', stamps, screws.exp_many(np.stack(
             [np.zeros(len(stamps))] * 5 + [turns], axis=1)))
     tree.insert('mast' if turns is None else 'head', 'camera', 0,
                 BASE_T_MAST.inverse() @ drive.buffer.lookup(*EDGE), static=True)
@@ -95,7 +95,7 @@ def test_joint_between_two_edges_shows_some_of_them_apart():
     drive = scene(1)
     stamps, taken = drive.buffer.stamps_of('base'), drive.observations.stamps
     tree = with_mast(drive, 0.8 * np.sin((stamps - stamps[0]) / 1e9))
-    noise = se3.exp_many(np.random.default_rng(1).normal(scale=0.002, size=(len(taken), 6)))
+    noise = screws.exp_many(np.random.default_rng(1).normal(scale=0.002, size=(len(taken), 6)))
     seen = se3.compose_many(se3.inverse_many(tree.lookup_many('map', 'camera', taken)),
                             np.tile(PLACE, (len(taken), 1)))
     tree.insert('head', 'camera', 0, tree.lookup('head', 'camera') @ Pose.from_xyz_rpy(

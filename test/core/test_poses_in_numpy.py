@@ -16,6 +16,7 @@ import pickle
 
 import numpy as np
 import pytest
+from strategies import random_poses
 from tf_tree_py.core import Pose, Poses, se3
 
 # Of functions that are deprecated, and of the logarithms of negative numbers.
@@ -23,7 +24,7 @@ pytestmark = pytest.mark.filterwarnings('ignore')
 
 OTHER, POINT = Pose.from_xyz_rpy(0.2, -0.1, 0.8, 0.3, -0.5, 1.1), (1.0, 2.0, 3.0)
 
-NUMBERS = se3.exp_many(np.random.default_rng(4).normal(size=(7, 6)))
+NUMBERS = random_poses(np.random.default_rng(4), 7)
 
 # The arguments; each function gets all of them, and refuses most.
 CALLS = [

@@ -2,29 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 
 import functools
-import itertools
 import math
 
 from hypothesis import assume, given, strategies as st
-from inputs import for_each
 import numpy as np
 import pytest
-from scipy.linalg import expm
 from strategies import (
     about,
     assert_same_pose,
     assert_same_rotation,
     axes,
-    components,
     length,
-    MILLION,
     poses,
     quaternions,
     random_poses,
     ratios,
     signs,
-    tiny_angles,
-    twists,
     vectors,
 )
 from tf_tree_py.core.geometry import se3, so3
@@ -33,12 +26,6 @@ from tf_tree_py.core.geometry.chain import between_samples
 
 def reach(*given_poses):
     return sum(map(length, given_poses))
-
-
-def hat(twist):
-    """Return the (4, 4) matrix whose exponential is the pose."""
-    vx, vy, vz, wx, wy, wz = twist
-    return np.array([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0]])
 
 
 # --- the group
@@ -142,68 +129,6 @@ def test_ten_thousand_random_poses_compose_to_a_rigid_transform():
     assert se3.as_matrix(pose) == pytest.approx(expected, abs=1e-8)
 
 
-# --- exp and log
-
-
-@given(twists)
-def test_log_gives_back_the_twist(twist):
-    angle = math.hypot(*twist[3:])
-    assume(angle < math.pi - 1e-9)
-    back = se3.log(se3.exp(twist))
-    assert math.dist(back[:3], twist[:3]) <= 1e-14 * length(twist)
-    assert math.dist(back[3:], twist[3:]) <= 1e-14 * angle
-
-
-@given(poses)
-def test_exp_gives_back_the_pose(pose):
-    assert_same_pose(se3.exp(se3.log(pose)), pose, 1e-14, reach(pose))
-
-
-@given(axes, tiny_angles, signs, vectors)
-def test_tiny_rotations_far_from_the_origin_survive_exp_and_log(axis, angle, sign, direction):
-    """A log that ignores small angles is metres off here: 1e-6 rad, 1e6 m."""
-    x, y, z = (MILLION + abs(value) for value in direction)
-    pose = (x, y, z, *about(axis, angle, sign))
-    twist = se3.log(pose)
-    assert math.hypot(*twist[3:]) == pytest.approx(angle, rel=1e-12)
-    assert_same_pose(se3.exp(twist), pose, 1e-15, length(pose))
-    # To first order v = t - w x t / 2; the second-order term is below 1e-12 of it.
-    expected = np.array(pose[:3]) - 0.5 * np.cross(twist[3:], pose[:3])
-    assert math.dist(twist[:3], expected) <= 1e-12 * length(pose)
-
-
-@given(st.tuples(*[components] * 6))
-def test_exp_is_the_matrix_exponential(twist):
-    assert se3.as_matrix(se3.exp(twist)) == pytest.approx(expm(hat(twist)), abs=1e-14)
-
-
-@given(twists, ratios)
-def test_a_constant_twist_goes_on_where_it_was(twist, ratio):
-    first, second = (tuple(part * value for value in twist) for part in (ratio, 1.0 - ratio))
-    assert_same_pose(
-        se3.compose(se3.exp(first), se3.exp(second)), se3.exp(twist), 1e-14, length(twist))
-
-
-@pytest.mark.parametrize('angle', [0.1, 1e-3])
-def test_exp_and_log_are_smooth_where_a_series_ends(angle):
-    below, above = ((MILLION, -MILLION, MILLION, 0.0, angle * (1.0 + side), 0.0)
-                    for side in (-1e-15, 1e-15))
-    assert math.dist(se3.exp(below), se3.exp(above)) < 3e-15 * MILLION
-    assert math.dist(se3.log((*below[:3], *so3.exp(below[3:]))),
-                     se3.log((*above[:3], *so3.exp(above[3:])))) < 3e-15 * MILLION
-
-
-def test_screw_about_z_climbs_along_z():
-    assert se3.exp((0.0, 0.0, 2.0, 0.0, 0.0, math.pi)) == pytest.approx(
-        (0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 0.0), abs=1e-15)
-
-
-def test_half_a_circle_ends_at_its_diameter():
-    # Forward at 1 m/s, turning left: the radius is 1/pi.
-    pose = se3.exp((1.0, 0.0, 0.0, 0.0, 0.0, math.pi))
-    assert pose[:3] == pytest.approx((0.0, 2.0 / math.pi, 0.0), abs=1e-15)
-
-
 # --- matrices
 
 
@@ -290,110 +215,6 @@ def test_interpolation_keeps_tf2s_rotation_below_its_resolution(
     # Rounded like the code: sum() of Python 3.12 would be more exact.
     assume(abs(ax * bx + ay * by + az * bz + aw * bw) >= 1.0)
     assert between_samples((*a, *b), 1, 0, 2) == (1.0, 0.0, 0.0, *rotation)
-
-
-# --- both forms
-
-
-ARGUMENTS = {
-    (so3, 'multiply'): 'qq',
-    (so3, 'conjugate'): 'q',
-    (so3, 'rotate'): 'qv',
-    (so3, 'with_tf2_sign'): 'q',
-    (so3, 'slerp_weights'): 'cr',
-    (so3, 'slerp'): 'qqr',
-    (so3, 'exp'): 'w',
-    (so3, 'log'): 'q',
-    (so3, 'as_matrix'): 'q',
-    (so3, 'from_matrix'): 'R',
-    (se3, 'compose'): 'pp',
-    (se3, 'inverse'): 'p',
-    (se3, 'distance'): 'pp',
-    (se3, 'apply'): 'pv',
-    (se3, 'interpolate'): 'ppr',
-    (se3, 'exp'): 't',
-    (se3, 'log'): 'p',
-    (se3, 'as_matrix'): 'p',
-    (se3, 'from_matrix'): 'T',
-    (se3, 'carry'): 'pt',
-}
-
-
-def special_rotation_vectors(rng, count):
-    """Return rotation vectors of every size: zero, tiny, at the end of a series, half a turn."""
-    sizes = [0.0, 1e-12, 1e-7, 1e-3, np.nextafter(1e-3, 1), 0.1, 1.0, math.pi - 1e-9, math.pi]
-    directions = rng.normal(size=(count, 3))
-    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-    return directions * np.resize(sizes, count)[:, None]
-
-
-def arguments(kind, rng, count):
-    """Return (count, ...) arguments of a kind, and each of them for the scalar form."""
-    w = special_rotation_vectors(rng, count)
-    q = so3.exp_many(w) * rng.choice([1.0, -1.0], size=(count, 1))
-    v = rng.normal(size=(count, 3)) * np.resize([1.0, MILLION, 1e-9], count)[:, None]
-    pose = np.concatenate([v, q], axis=-1)
-    array = {
-        'q': q,
-        'v': v,
-        'w': w,
-        'p': pose,
-        't': np.concatenate([v, w], axis=-1),
-        'r': np.resize([0.0, 1.0, 0.5, 0.123], count),
-        'c': np.resize([1.0, -1.0, 0.0, 0.7, -0.7, 1.0 - 1e-16, 1e-6 - 1.0, 1.0 + 3e-16], count),
-        'R': so3.as_matrix_many(q),
-        'T': se3.as_matrix_many(pose),
-    }[kind]
-    if array.ndim == 1:
-        return array, array.tolist()
-    return array, [tuple(row) if array.ndim == 2 else row for row in array.tolist()]
-
-
-def pairs_of_forms():
-    return [
-        (module, name) for module in (so3, se3) for name in vars(module)
-        if not name.startswith('_') and f'{name}_many' in vars(module)
-    ]
-
-
-def test_every_pair_of_forms_is_compared():
-    assert set(pairs_of_forms()) == set(ARGUMENTS)
-
-
-@for_each(form=pairs_of_forms())
-def test_scalar_and_vectorised_form_agree(form):
-    module, name = form
-    rng = np.random.default_rng(3)
-    arrays, scalars = zip(*(arguments(kind, rng, 72) for kind in ARGUMENTS[module, name]),
-                          strict=True)
-    expected = [getattr(module, name)(*values) for values in zip(*scalars, strict=True)]
-    assert_equal_forms(getattr(module, f'{name}_many')(*arrays), expected)
-
-
-@for_each(form=pairs_of_forms())
-def test_vectorised_form_broadcasts(form):
-    module, name = form
-    rng = np.random.default_rng(4)
-    kinds = ARGUMENTS[module, name]
-    arrays, scalars = zip(*(arguments(kind, rng, 3 + i) for i, kind in enumerate(kinds)),
-                          strict=True)
-    spread = [np.reshape(array, (*(len(array) if i == k else 1 for k in range(len(kinds))),
-                                 *array.shape[1:])) for i, array in enumerate(arrays)]
-    results = getattr(module, f'{name}_many')(*spread)
-    expected = [getattr(module, name)(*values) for values in itertools.product(*scalars)]
-    assert_equal_forms(results, expected, tuple(map(len, arrays)))
-
-
-def assert_equal_forms(results, expected, shape=(-1,)):
-    """Assert that an array, or a tuple of arrays, equals the scalar form's, in a few ulps."""
-    results = np.stack(results, axis=-1) if isinstance(results, tuple) else results
-    assert shape == (-1,) or results.shape[:len(shape)] == shape
-    expected = np.array(expected)
-    results = results.reshape(-1, *expected.shape[1:])
-    assert results.shape == expected.shape
-    scale = np.abs(expected).reshape(len(expected), -1).max(axis=-1)
-    errors = np.abs(results - expected).reshape(len(expected), -1).max(axis=-1)
-    assert (errors <= 1e-15 * np.maximum(scale, 1e-300) * 8).all()
 
 
 # --- distances

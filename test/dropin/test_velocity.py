@@ -168,7 +168,7 @@ def test_velocities_are_those_of_tf2():
                 message.header.frame_id = parent
                 message.header.stamp = Time(nanoseconds=stamp).to_msg()
                 t, r = message.transform.translation, message.transform.rotation
-                t.x, t.y, t.z, r.x, r.y, r.z, r.w = se3.exp(
+                t.x, t.y, t.z, r.x, r.y, r.z, r.w = screws.exp(
                     tuple(0.01 * step * value for value in twist))
                 for buffer in buffers:
                     buffer.set_transform(message, 'me')

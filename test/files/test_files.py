@@ -20,10 +20,9 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import waving_poses
-from tf_tree_py import BufferCore, load, Spline
+from tf_tree_py import BufferCore, load, screws, Spline
 from tf_tree_py.buffer_core import Snapshot
 from tf_tree_py.core import Pose, Poses, TransformException, TreeFileError, UNLIMITED
-from tf_tree_py.core.geometry import se3
 from tf_tree_py.files.tree_file import load_tree, saved_tree
 
 SECOND = 10**9
@@ -32,7 +31,7 @@ SECOND = 10**9
 def poses(seed=3):
     """Return a function that returns random poses, one after the other."""
     rng = np.random.default_rng(seed)
-    return lambda: se3.exp(tuple(rng.normal(size=6).tolist()))
+    return lambda: screws.exp(tuple(rng.normal(size=6).tolist()))
 
 
 def fill(buffer):

@@ -43,7 +43,7 @@ def test_core_is_read_in_an_afternoon_and_no_file_is_long():
     assert [name for name, size in sizes.items() if size.lines > 450] == []
 
 
-# Folders of tests of something else than a layer: the house itself, and what is beside the package.
+# Folders of tests of something else than a layer: the whole package, and what is beside it.
 OTHER_TESTS = {'house', 'arm', 'docs', 'jazzy', 'data'}
 
 

@@ -22,10 +22,10 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Buffer, InvalidArgumentException, Pose as PlainPose
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import carry
 from tf_tree_py.ros.messages import do_transform as functions, geometry
 from tf_tree_py.ros.messages.do_transform import do_transform, TRANSFORMERS
 from tf_tree_py.ros.messages.registry import STAMPED_FORMS
+from tf_tree_py.screws import carry
 
 GEOMETRY = [kind for kind in TRANSFORMERS if kind not in (LaserScan, PointCloud2)]
 

@@ -10,7 +10,7 @@ import threading
 import numpy as np
 from open_page import OpenPage
 import pytest
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.messages.sample import Sample
@@ -27,7 +27,8 @@ SHAPES = [LinkShape(link, np.eye(3), np.array([(0, 1, 2)]), (1.0, 0.0, 0.0, 1.0)
 
 def pose_at(stamp, turn):
     time_s = stamp / SECOND
-    return Pose(*se3.exp((np.cos(time_s), 0.3 * turn, 0.2, 0.0, 0.1 * turn, 0.3 * time_s % 1.0)))
+    return Pose(*screws.exp(
+        (np.cos(time_s), 0.3 * turn, 0.2, 0.0, 0.1 * turn, 0.3 * time_s % 1.0)))
 
 
 def feed(buffer, begin, end, children=('odom', 'base_link', 'gripper')):

@@ -23,6 +23,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.core import se3
 from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import so3
@@ -113,7 +114,7 @@ class Unknowns:
                       *(where.start + 3 for where in map(self.place, self.targets)
                         if where.stop - where.start == 6)]:
             where = slice(begin, begin + 3)
-            made[where, where] = se3.left_jacobian_many(step[where])
+            made[where, where] = screws.left_jacobian_many(step[where])
         return made
 
     def step_to(self, begin: State, end: State) -> Array:
@@ -335,7 +336,7 @@ class Model:
         if each.size == 3:
             return -moved[:, :3]
         turn = between_many(placed.pose, each.seen)[:, 3:]
-        moved[:, 3:] = np.linalg.inv(se3.left_jacobian_many(-turn)) @ moved[:, 3:]
+        moved[:, 3:] = np.linalg.inv(screws.left_jacobian_many(-turn)) @ moved[:, 3:]
         return -moved
 
     def velocity(self, number: int, state: State) -> Array:

@@ -32,7 +32,7 @@ from tf_tree_py.core.errors import (
     TransformException,
 )
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import carry, PoseTuple
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Quaternion, Vector3
 from tf_tree_py.core.hints import nothing_yet
 from tf_tree_py.core.messages.incidents import Incident
@@ -43,6 +43,7 @@ from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds
 from tf_tree_py.ros.waiting.futures import TransformFuture
+from tf_tree_py.screws import carry
 
 from .spinning_thread import SpinningThread
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Saving a tree as a file, and loading it at once; and files that are written whole or not at all.
+Trees as files, and files that are written whole or not at all.
 
 The core does not know of it. What a feature adds to a tree has methods ``save`` and ``load``.
 """

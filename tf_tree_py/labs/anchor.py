@@ -9,6 +9,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
 from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.geometry import se3
@@ -62,9 +63,9 @@ def odometry(seconds: float) -> list[Pose]:
     poses = [Pose()]
     truth = [driven(stamp) for stamp in stamps_for(seconds).tolist()]
     for before, after in zip(truth[:-1], truth[1:], strict=True):
-        twist = se3.log(before.inverse() @ after)
+        twist = screws.log(before.inverse() @ after)
         x, y, z, rx, ry, rz = ((1.0 + DRIFT) * part for part in twist)
-        poses.append(poses[-1] @ Pose._make(se3.exp((x, y, z, rx, ry, rz))))
+        poses.append(poses[-1] @ Pose._make(screws.exp((x, y, z, rx, ry, rz))))
     return poses
 
 

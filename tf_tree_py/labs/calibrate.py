@@ -8,6 +8,7 @@ from math import degrees, dist, radians
 from typing import Any
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.calibration import calibrate, Calibration, Limits, Observations
 from tf_tree_py.core import from_seconds, Pose, se3, UNLIMITED
@@ -58,7 +59,7 @@ def drive(turned: float, late_s: float, *, turning: bool = True
     camera = se3.compose_many(true, np.array(_TRUE))
     seen = se3.compose_many(se3.inverse_many(camera), np.array(_PALLET))
     noise = rng.normal(size=(len(taken), 6)) * ([_NOISE_M] * 3 + [_NOISE_RAD] * 3)
-    seen = se3.compose_many(seen, se3.exp_many(noise))
+    seen = se3.compose_many(seen, screws.exp_many(noise))
     return buffer, Observations('camera', _stamps(taken + late_s), seen, 'map', 'pallet')
 
 

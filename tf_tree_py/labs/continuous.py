@@ -8,6 +8,7 @@ from math import degrees, radians
 from typing import Any, NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.beyond.curves.spline import Spline
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import se3, UNLIMITED
@@ -114,7 +115,7 @@ def with_noise() -> list[Noisy]:
     stamps, asked = poses_at(NOISY_RATE_HZ), events()
     sigma = np.repeat(NOISE, 3)
     noise = np.random.default_rng(2).normal(0.0, sigma, (len(stamps), 6))
-    poses = se3.compose_many(motion(stamps), se3.exp_many(noise))
+    poses = se3.compose_many(motion(stamps), screws.exp_many(noise))
     truth, turning = motion(asked), _turning(asked)
     straight = np.asarray(
         _both(stamps, poses, KNOT_RATES_HZ[0])[0].lookup_many('world', 'camera', asked))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.special import gammaincinv
+from tf_tree_py import screws
 from tf_tree_py.beyond.prediction.prediction import Prediction
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import Pose
@@ -125,7 +126,7 @@ def robots() -> list[Robot]:
 def true_poses(robot: Robot) -> Array:
     """Return the poses of a robot, every 10 ms, (N + 1, 7)."""
     poses = [se3.IDENTITY]
-    for motion in se3.exp_many(robot.twists * _STEP_S).tolist():
+    for motion in screws.exp_many(robot.twists * _STEP_S).tolist():
         x, y, z, qx, qy, qz, qw = se3.compose(poses[-1], tuple(motion))
         poses.append((x, y, z, *so3.normalize((qx, qy, qz, qw))))
     return np.array(poses)

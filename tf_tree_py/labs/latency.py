@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose, TransformException
-from tf_tree_py.core.geometry.se3 import exp
 from tf_tree_py.core.stamp import as_seconds, from_seconds
+from tf_tree_py.screws import exp
 
 from .pictures import GREY, STYLES
 from .report import Column, Report, Table

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
+from tf_tree_py import screws
 from tf_tree_py.beyond.corrections.anchor import Anchor, Sighting
 from tf_tree_py.beyond.corrections.blend import BlendLimits
 from tf_tree_py.core.geometry import se3, so3
@@ -216,8 +217,8 @@ def driven(stamp: int) -> Pose:
 def odometry(stamp: int) -> Pose:
     """Return odom_T_camera: motions are 2 % too long, and the yaw drifts by 0.2 deg/s."""
     moved = driven(0).inverse() @ driven(stamp)
-    x, y, z, rx, ry, rz = se3.log(moved)
-    longer = Pose._make(se3.exp((1.02 * x, 1.02 * y, 1.02 * z, rx, ry, rz)))
+    x, y, z, rx, ry, rz = screws.log(moved)
+    longer = Pose._make(screws.exp((1.02 * x, 1.02 * y, 1.02 * z, rx, ry, rz)))
     return Pose.from_xyz_rpy(yaw=math.radians(0.2) * as_seconds(stamp)) @ _FORWARD @ longer
 
 

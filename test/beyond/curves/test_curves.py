@@ -16,7 +16,7 @@ import numpy as np
 from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose
-from tf_tree_py import BufferCore, ConstantTwist, load, lookup_twist, Spline
+from tf_tree_py import BufferCore, ConstantTwist, load, lookup_twist, screws, Spline
 from tf_tree_py.beyond.curves.curve import GivenCurve
 from tf_tree_py.beyond.uncertainty.insertion import take_covariance
 from tf_tree_py.core import (
@@ -167,11 +167,11 @@ axes = st.floats(-3.0, 3.0)
 @given(start=st.tuples(*[axes] * 6), twist=st.tuples(*[axes] * 6),
        stamps=st.lists(st.integers(BEGIN, END), min_size=1, max_size=5))
 def test_constant_twist_goes_along_one_screw(start, twist, stamps):
-    first = se3.exp(start)
+    first = screws.exp(start)
     curve = ConstantTwist(BEGIN, END, first, twist)
     for stamp, pose in zip(stamps, curve.poses(np.array(stamps)), strict=True):
         since = (stamp - BEGIN) * 1e-9
-        step = se3.exp(tuple(since * value for value in twist))
+        step = screws.exp(tuple(since * value for value in twist))
         assert_same_pose(pose, se3.compose(first, step), reach=20.0)
     assert curve.twists(np.array(stamps)).tolist() == [list(twist)] * len(stamps)
 
@@ -296,7 +296,7 @@ def test_uncertainty_and_prediction_work_on_any_curve():
     _, covariance = buffer.lookup_uncertain('odom', 'base', 2 * SECOND)
     assert covariance == pytest.approx(np.eye(6) * 1e-4)
     ahead = buffer.predict('odom', 'base', END + SECOND // 10, SECOND)
-    step = se3.exp((0.1, 0, 0, 0, 0, 0.05))
+    step = screws.exp((0.1, 0, 0, 0, 0, 0.05))
     assert_same_pose(ahead.pose, buffer.lookup('odom', 'base', END) @ Pose._make(step),
                      tolerance=1e-9)
 

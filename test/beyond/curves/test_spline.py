@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import assert_same_pose, waving_poses
-from tf_tree_py import Spline
+from tf_tree_py import screws, Spline
 from tf_tree_py.beyond.curves.spline_segment import SE3, SPLIT
 from tf_tree_py.core import InvalidArgumentException, Pose
 from tf_tree_py.core.geometry import se3, so3
@@ -31,9 +31,9 @@ def every(rate_hz, seconds=1.0):
 def random_spline(seed, group, turn=0.3, pieces=6):
     """Return a spline with this rotation between neighbouring knots, and as much translation."""
     rng = np.random.default_rng(seed)
-    knots = [se3.exp(tuple(rng.normal(size=6)))]
+    knots = [screws.exp(tuple(rng.normal(size=6)))]
     for _ in range(pieces + 2):
-        knots.append(se3.compose(knots[-1], se3.exp(tuple(turn * rng.normal(size=6)))))
+        knots.append(se3.compose(knots[-1], screws.exp(tuple(turn * rng.normal(size=6)))))
     period = 20_000_000
     return Spline(START, period, np.array(knots), START + pieces * period, group)
 
@@ -133,7 +133,7 @@ def test_fit_at_the_rate_of_the_poses_passes_through_them():
 
 def test_noise_is_averaged():
     rng, stamps = np.random.default_rng(4), every(1000)
-    noise = se3.exp_many(rng.normal(0.0, 1e-3, (len(stamps), 6)))
+    noise = screws.exp_many(rng.normal(0.0, 1e-3, (len(stamps), 6)))
     spline = Spline.fit(stamps, se3.compose_many(wave(stamps), noise), 50.0)
     moved, turned = se3.distance_many(wave(stamps), spline.poses(stamps))
     # Of 3 * 1001 numbers of noise, the fraction 53 knots / 1001 poses remains.
@@ -145,7 +145,7 @@ def test_noise_is_averaged():
 def test_constant_twist_stays_one_through_a_gap():
     stamps = np.concatenate([every(100)[:40], every(100)[60:]])
     twist = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 2.0])
-    poses = se3.exp_many(((stamps - START) * 1e-9)[:, None] * twist)
+    poses = screws.exp_many(((stamps - START) * 1e-9)[:, None] * twist)
     spline = Spline.fit(stamps, poses, 50.0, on_se3=True)
     for stamp in every(1000):
         assert spline.twist(int(stamp)) == pytest.approx(twist, abs=1e-5)

@@ -11,7 +11,7 @@ import numpy as np
 from programs import PATIENCE_S
 import pytest
 from strategies import assert_same_pose, waving_poses
-from tf_tree_py import BufferCore, lookup_twist, lookup_twist_many, Spline, SplineFitter
+from tf_tree_py import BufferCore, lookup_twist, lookup_twist_many, screws, Spline, SplineFitter
 from tf_tree_py.beyond.curves.spline import SplineTrack
 from tf_tree_py.core import (
     FutureExtrapolationException,
@@ -82,7 +82,7 @@ def test_polynomials_are_the_spline_also_where_it_is_far_away_and_fast():
         knots = [se3.IDENTITY]
         for _ in range(14):
             step = *(way * rng.normal(size=3)), *(turn * rng.normal(size=3))
-            knots.append(se3.compose(knots[-1], se3.exp(step)))
+            knots.append(se3.compose(knots[-1], screws.exp(step)))
         spline = Spline(0, 10_000_000, np.array(knots), 120_000_000)
         buffer = BufferCore()
         buffer.insert_curve('map', 'far', spline)
@@ -113,7 +113,7 @@ def test_motion_bounds_what_a_polynomial_deviates(turn):
     for number in range(10):
         axis = rng.normal(size=3)
         step = *(0.5 * rng.normal(size=3)), *(turn * (-1) ** number * axis / np.linalg.norm(axis))
-        knots.append(se3.compose(knots[-1], se3.exp(step)))
+        knots.append(se3.compose(knots[-1], screws.exp(step)))
     track = SplineTrack(Spline(0, 10_000, np.array(knots), 80_000), 0, 80_000)
     pieces = np.arange(9) * 10_000
     angle, distance = track.motion(pieces)
@@ -131,7 +131,7 @@ def test_motion_bounds_what_a_polynomial_deviates(turn):
 def test_twist_of_a_spline_is_its_own_and_not_an_average(buffer, spline):
     stamp = 1_500_000_001
     pose = spline.pose(stamp)
-    expected = se3.carry((0.0, 0.0, 0.0, *pose.rotation), spline.twist(stamp))
+    expected = screws.carry((0.0, 0.0, 0.0, *pose.rotation), spline.twist(stamp))
     found = lookup_twist(buffer, 'imu', 'odom', stamp, 500_000_000)
     assert (*found.linear, *found.angular) == pytest.approx(expected, abs=1e-12)
     # The inverse: the parent as seen from the child, in the child's axes.

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from strategies import waving_poses
-from tf_tree_py import Spline, SplineFitter
+from tf_tree_py import screws, Spline, SplineFitter
 from tf_tree_py.core import InvalidArgumentException, Pose
 from tf_tree_py.core.geometry import se3, so3
 
@@ -45,7 +45,7 @@ def test_one_pose_at_a_time_is_as_good_as_a_fit_of_all(on_se3, rate_rad_s):
     """One pose is a linear step, two are a fit; on SPLIT, positions are linear."""
     single, pairs = (SplineFitter(10.0, on_se3=on_se3) for _ in range(2))
     stamps = START + np.arange(160) * 2 * PERIOD
-    true = se3.exp_many(((stamps - START) * 1e-9)[:, None] * [
+    true = screws.exp_many(((stamps - START) * 1e-9)[:, None] * [
         1.0, 0.5, 0.0, 0.0, 0.3 * rate_rad_s, rate_rad_s])
     measured = true + np.random.default_rng(5).normal(0.0, 1e-3, true.shape)
     errors_m_rad = []
@@ -120,7 +120,7 @@ def test_bad_pose_leaves_it_as_it_was():
 def test_gap_is_bridged_evenly():
     fitter, twist = SplineFitter(50.0), np.array([1.0, 0.5, 0.0, 0.0, 0.0, 2.0])
     for part in (STAMPS[:50], STAMPS[150:151], STAMPS[151:300]):
-        poses = se3.exp_many(((part - START) * 1e-9)[:, None] * [1.0, 0.5, 0, 0, 0, 0])
+        poses = screws.exp_many(((part - START) * 1e-9)[:, None] * [1.0, 0.5, 0, 0, 0, 0])
         poses[:, 3:] = so3.exp_many(((part - START) * 1e-9)[:, None] * twist[3:])
         spline = fitter.add(part, poses)
     for stamp in range(STAMPS[0], STAMPS[299], 3_333_333):

@@ -34,8 +34,8 @@ from tf_tree_py.core import (
     Pose,
 )
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import carry
 from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.screws import carry
 
 # --- known motions
 

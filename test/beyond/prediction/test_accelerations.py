@@ -8,7 +8,7 @@ from math import sqrt
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.beyond.curves.curve import ConstantTwist
 from tf_tree_py.beyond.prediction.accelerations import deviations
 from tf_tree_py.core import InvalidArgumentException, Pose, se3
@@ -125,7 +125,7 @@ def integrated(twist_at, end, begin=0.0):
     """Return the motion from one time to another at twists (N, 6) that change over time."""
     step = 1e-4
     times = np.arange(begin, end - 0.5 * step, step) + 0.5 * step
-    return se3.compose_chain([tuple(one) for one in se3.exp_many(
+    return se3.compose_chain([tuple(one) for one in screws.exp_many(
         twist_at(times[:, None]) * step).tolist()])
 
 
@@ -142,7 +142,7 @@ def test_errors_are_those_of_an_edge_that_accelerates(axis, ahead, measured):
         known = np.where(times < measured * ahead, true(times), twist)
         return np.concatenate([np.broadcast_to(twist[:3], known[:, 3:].shape), known[:, 3:]], 1)
 
-    off = np.array(se3.log(se3.compose(
+    off = np.array(screws.log(se3.compose(
         se3.inverse(integrated(assumed, ahead)), integrated(true, ahead))))
     bounds = sqrt(3.0) * np.array(deviations(
         tuple(twist), limits, False, lag, ahead, measured * ahead))
@@ -173,14 +173,14 @@ def test_robot_that_has_turned_is_covered_when_it_turns_again():
     buffer, poses = BufferCore(), [se3.IDENTITY]
     for step in range(1100):
         rate = yaw.at(0.01 * step + 0.005)[1]
-        poses.append(se3.compose(poses[-1], se3.exp((0.01, 0.0, 0.0, 0.0, 0.0, 0.01 * rate))))
+        poses.append(se3.compose(poses[-1], screws.exp((0.01, 0.0, 0.0, 0.0, 0.0, 0.01 * rate))))
     for step in range(1000):
         buffer.insert('odom', 'base', step * 10 * MS, Pose._make(poses[step]))
         if step <= 860:
             continue
         for ahead in (5, 20, 50):
             found = buffer.predict('odom', 'base', (step + ahead) * 10 * MS, SECOND)
-            off = se3.log(se3.compose(se3.inverse(found.pose), poses[step + ahead]))
+            off = screws.log(se3.compose(se3.inverse(found.pose), poses[step + ahead]))
             across = np.array(so3.rotate(found.pose[3:], (0.0, 1.0, 0.0)))
             assert abs(off[5]) < INSIDE * sqrt(found.covariance[5, 5])
             assert abs(off[1]) < INSIDE * sqrt(across @ found.covariance[:3, :3] @ across)

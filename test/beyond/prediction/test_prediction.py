@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from strategies import assert_same_pose
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.beyond.prediction.past import PastCache
 from tf_tree_py.core import (
     ConnectivityException,
@@ -28,7 +28,7 @@ STEADY = {'base': (0.0,) * 6}
 
 def steady(stamp):
     """Return a pose on a helix: a constant twist."""
-    return Pose._make(se3.exp(tuple(value * stamp / SECOND for value in (
+    return Pose._make(screws.exp(tuple(value * stamp / SECOND for value in (
         0.8, 0.1, 0.05, 0.02, -0.1, 0.6))))
 
 
@@ -212,7 +212,7 @@ def test_gyroscope_leads_on():
     blind = buffer.predict('odom', 'base', NOW + 200 * MS, SECOND)
     buffer.aid('base', stamps, rates)
     found = buffer.predict('odom', 'base', NOW + 200 * MS, SECOND)
-    truth = Pose(x=4.0) @ Pose._make(se3.exp((0.2, 0.0, 0.0, 0.0, 0.0, 0.3)))
+    truth = Pose(x=4.0) @ Pose._make(screws.exp((0.2, 0.0, 0.0, 0.0, 0.0, 0.3)))
     assert se3.distance(blind.pose, truth)[1] > 0.29
     off = se3.distance(found.pose, truth)
     assert off[0] < 2e-3 and off[1] < 5e-3

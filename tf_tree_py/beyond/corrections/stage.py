@@ -18,6 +18,7 @@ from typing import Any, cast, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py import screws
 from tf_tree_py.core.errors import InvalidArgumentException, no_truth
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
@@ -100,7 +101,7 @@ class Stage(NamedTuple):
         seconds = self._seconds(stamp)
         turned = _gone(seconds, *self.plan[:2], min, max)[3:]
         vx, vy, vz, wx, wy, wz = self.plan.rates_at(seconds)
-        return (vx, vy, vz), se3.left_jacobian_product(turned, (wx, wy, wz))
+        return (vx, vy, vz), screws.left_jacobian_product(turned, (wx, wy, wz))
 
     def _seconds(self, stamp: int) -> float:
         return max(stamp - self.begin, 0) / NANOSECONDS_PER_SECOND

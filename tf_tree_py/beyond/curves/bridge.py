@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py import screws
 from tf_tree_py.core.edges.packed import PackedSamples
 from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
@@ -77,9 +78,9 @@ class Crossing(NamedTuple):
             low, high = (_turned(crossed(_vector(turn + change), seconds, *self.rates), s)
                          for change in (-step, step))
             columns.append((high - low) / (2.0 * _STEP))
-        changes = np.stack(columns, axis=-1) @ np.linalg.inv(se3.left_jacobian_many(turn))
+        changes = np.stack(columns, axis=-1) @ np.linalg.inv(screws.left_jacobian_many(turn))
         axes = so3.as_matrix_many(np.array(self.start))
-        return np.asarray(first + axes @ se3.left_jacobian_many(
+        return np.asarray(first + axes @ screws.left_jacobian_many(
             _turned(self.terms, s)) @ changes @ axes.T @ (last - first))
 
 
@@ -181,7 +182,7 @@ def crossed(turn: Vector3, seconds: float, before: Vector3 | None,
     a, b = (still if rate is None else seconds * np.array(rate) for rate in (before, after))
     if after is not None:
         # The rate of the rotation vector: Jr(q)^-1 b = Jl(-q)^-1 b.
-        b = np.array(se3.log((*b.tolist(), *so3.exp(_vector(-q))))[:3])
+        b = np.array(screws.log((*b.tolist(), *so3.exp(_vector(-q))))[:3])
     if before is None and after is None:
         terms = q, still, still
     elif before is None:

@@ -16,6 +16,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import EdgeTrack
 from tf_tree_py.core.errors import InvalidArgumentException, no_truth, TransformException
 from tf_tree_py.core.geometry import se3
@@ -299,7 +300,7 @@ class ConstantTwist:
     def poses(self, stamps: Stamps) -> Array:
         """Return (N, 7), one for each of (N,) stamps."""
         since = (stamps - self.oldest) / NANOSECONDS_PER_SECOND
-        steps = se3.exp_many(since[:, None] * np.array(self.twist))
+        steps = screws.exp_many(since[:, None] * np.array(self.twist))
         return se3.compose_many(np.array(self.pose), steps)
 
     def twists(self, stamps: Stamps) -> Array:

@@ -17,8 +17,9 @@ from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.core.edges.packed import PackedSamples
-from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 
@@ -194,8 +195,8 @@ def _variance(gap: Gap, since: int, until: int) -> float:
 def effects_of(missed: Vector3, shares: Sequence[float]) -> Array:
     """Return how the error of the last rotation changes those with n shares of it, (n, 3, 3)."""
     error, parts = np.array(missed), np.array(shares)
-    return np.asarray(parts[:, None, None] * se3.left_jacobian_many(
-        parts[:, None] * error) @ np.linalg.inv(se3.left_jacobian_many(error)))
+    return np.asarray(parts[:, None, None] * screws.left_jacobian_many(
+        parts[:, None] * error) @ np.linalg.inv(screws.left_jacobian_many(error)))
 
 
 def rates_at_knots(stamps: Sequence[int], rotations: Sequence[Quaternion],

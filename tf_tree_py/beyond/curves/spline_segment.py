@@ -23,6 +23,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 
@@ -216,11 +217,11 @@ def _compose(a: Any, b: Any) -> Numbers:
 
 
 def _exp_many(tangent: Numbers) -> Numbers:
-    return so3.columns(se3.exp_many(so3.joined(tangent)))  # type: ignore[no-any-return]
+    return so3.columns(screws.exp_many(so3.joined(tangent)))  # type: ignore[no-any-return]
 
 
 def _log_many(pose: Numbers) -> Numbers:
-    return so3.columns(se3.log_many(so3.joined(pose)))  # type: ignore[no-any-return]
+    return so3.columns(screws.log_many(so3.joined(pose)))  # type: ignore[no-any-return]
 
 
 def _adjoint(pose: Any, tangent: Any) -> Numbers:
@@ -239,5 +240,5 @@ def _in_childs_axes(pose: Any, rate: Any, bend: Any) -> tuple[Numbers, Numbers]:
 
 SPLIT = Group('R3 x SO(3)', _split_compose, _split_inverse, _split_exp, _split_exp_many,
               _split_log, _split_log_many, _split_adjoint, _split_bracket, _split_in_childs_axes)
-SE3 = Group('SE(3)', _compose, se3.inverse_columns, se3.exp, _exp_many, se3.log, _log_many,
+SE3 = Group('SE(3)', _compose, se3.inverse_columns, screws.exp, _exp_many, screws.log, _log_many,
             _adjoint, _bracket, _in_childs_axes)

@@ -12,19 +12,20 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.core.errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
 )
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.geometry.se3 import carry, carry_many, Screw
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.edge_info import EdgeInfo
 from tf_tree_py.core.tree.many_stamps import ends_of
 from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.screws import carry, carry_many, Screw
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 _AT_REST: Screw = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -56,7 +57,7 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
 
     If an edge is a curve that provides its twist, such as a spline, that twist is used, and the
     interval does not matter. Every other edge between the two is assumed to move along one
-    screw during the interval: from its pose at the beginning to that at the end (``se3.log``).
+    screw during the interval: from its pose at the beginning to that at the end (``screws.log``).
     These twists are transformed to the tracking frame by the edges' poses at the stamp. If the
     twist of every edge is constant in its own axes, the result is exact for any interval.
     Otherwise its error is quadratic in the interval, or linear if the data ends too early for
@@ -96,7 +97,7 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
                                   for time in (begin, stamp, begin + length))
             known = _twists_between(tree, near, far, np.array([stamp]))
             if known is None:
-                own = se3.log(se3.compose(se3.inverse(before), after))
+                own = screws.log(se3.compose(se3.inverse(before), after))
                 factor = NANOSECONDS_PER_SECOND / length
             else:
                 own, factor = tuple(known[0].tolist()), 1.0
@@ -144,7 +145,7 @@ def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str
                                   for when in (begins, times, begins + length))
             own = _twists_between(frozen, near, far, times)
             if own is None:
-                own = se3.log_many(np.asarray(before.inverse() @ after)) * (
+                own = screws.log_many(np.asarray(before.inverse() @ after)) * (
                     NANOSECONDS_PER_SECOND / length)
             twists = carry_many(np.asarray(now.inverse()), twists) + own
 

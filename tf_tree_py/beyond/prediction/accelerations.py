@@ -16,14 +16,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from tf_tree_py import screws
 from tf_tree_py.core.edges.packed import POSE_FLOATS
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.geometry.se3 import Twist
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
+from tf_tree_py.screws import Twist
 
 Limits = Sequence[float]
 """The largest acceleration along x, y, z (m/s^2) and about them (rad/s^2), in the child's axes."""
@@ -219,7 +220,7 @@ def _lasting_limits(times: Stamps, poses: Array) -> Array:
     :param times: (n,), n > 3; ``poses``: (n, 7).
     """
     seconds = np.diff(times) / NANOSECONDS_PER_SECOND
-    twists = se3.log_many(se3.compose_many(
+    twists = screws.log_many(se3.compose_many(
         se3.inverse_many(poses[:-1]), poses[1:])) / seconds[:, None]
     apart = np.maximum(0.5 * (seconds[1:] + seconds[:-1]), _SHORTEST_S)
     accelerations = np.diff(twists, axis=0) / apart[:, None]

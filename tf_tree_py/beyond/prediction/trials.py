@@ -14,12 +14,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import PoseTuple, Twist
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING, from_seconds
+from tf_tree_py.screws import Twist
 
 from ..curves.aided import gyro_until, turn_of
 from ..curves.gaps import BRIDGED
@@ -55,7 +57,8 @@ def start_at(history: MovingHistory, stamp: int) -> Start:
             f'A prediction requires two samples, and the edge {history.parent} -> {history.child} '
             'has one under this parent')
     before, now = history.sample(stamp - length), history.sample(stamp)
-    return Start(stamp, now, times(se3.log(se3.compose(se3.inverse(before), now)), 1.0 / length))
+    moved = se3.compose(se3.inverse(before), now)
+    return Start(stamp, now, times(screws.log(moved), 1.0 / length))
 
 
 def forecast(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:
@@ -74,7 +77,7 @@ def motion(history: MovingHistory, start: Start, end: int, until: int) -> PoseTu
         turn, half = (turn_of(history, begin, stamp) for stamp in (until, (begin + until) // 2))
         if turn is not None and half is not None:
             return _turned_motion(start.twist, until - begin, end - until, half, turn)
-    return se3.exp(times(start.twist, end - begin))
+    return screws.exp(times(start.twist, end - begin))
 
 
 def measured_until(history: MovingHistory, begin: int, end: int) -> int:
@@ -99,7 +102,7 @@ def _turned_motion(twist: Twist, measured: int, rest: int, half: so3.Quaternion,
     way = times(twist, measured)[:3]
     first, middle, last = way, so3.rotate(half, way), so3.rotate(turn, way)
     x, y, z = ((a + 4.0 * b + c) / 6.0 for a, b, c in zip(first, middle, last, strict=True))
-    return se3.compose((x, y, z, *turn), se3.exp(times(twist, rest)))
+    return se3.compose((x, y, z, *turn), screws.exp(times(twist, rest)))
 
 
 def times(twist: Twist, factor: float) -> Twist:
@@ -238,7 +241,7 @@ class Trials:
         for rung, weight in _rungs_around(tried, (until - start.stamp) / ahead):
             moment = self._moment(history, oldest, latest, rung)
             if moment is None:
-                moved = se3.log(motion(history, start, start.stamp + ahead, until))
+                moved = screws.log(motion(history, start, start.stamp + ahead, until))
                 return _second_moment(history, np.array([moved]))
             weight *= ahead / tried
             total = [one + weight * other for one, other in zip(total, moment, strict=True)]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The faults of a tree: a function for each, a file for each topic.
+The faults of a tree: a function for each.
 
 ``measures`` computes the numbers that they check; ``doctor`` runs them.
 """

@@ -37,8 +37,9 @@ from geometry_msgs.msg import (
 import numpy as np
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.poses import is_sound, judged
-from tf_tree_py.core.geometry.se3 import adjoint, carry, PoseTuple, Screw
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.screws import adjoint, carry, Screw
 
 from .fast_messages import maker, many_maker, reader
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Lookups in the buffer of another process: tf2's action, its server and its client.
+Lookups in another process: tf2's action, its server and client.
 
 The lookups themselves are not here: the server calls its buffer.
 """
