@@ -28,7 +28,7 @@ from contextlib import suppress
 import os
 import sys
 from types import FrameType, ModuleType
-from typing import Any, NoReturn
+from typing import NoReturn
 import warnings
 
 from .stamp import format_span, format_stamp, LATEST
@@ -97,10 +97,10 @@ def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
     theirs = sys.modules.get(module)
     if theirs is None or theirs is _joined.get(module):
         return
-    others: list[Any] = [getattr(theirs, ours.__name__, None) for ours in kinds]
-    if None in others:
+    if not all(hasattr(theirs, ours.__name__) for ours in kinds):
         return  # It is still being imported.
-    for ours, other in zip(kinds, others, strict=True):
+    for ours in kinds:
+        other = getattr(theirs, ours.__name__)
         # This fails if a program has a class with both as bases and the new order is impossible.
         with suppress(TypeError):
             if not issubclass(ours, other):

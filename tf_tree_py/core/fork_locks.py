@@ -22,7 +22,7 @@ The rules:
 import os
 import threading
 import time
-from typing import Any, Protocol
+from typing import Protocol, TypeAlias, TypeVar
 import weakref
 
 # The maximum wait, much longer than any lock is held. A thread that forks while it holds one of
@@ -38,24 +38,28 @@ class Repaired(Protocol):
         """Restore a consistent state, with all locks held, before the child's code continues."""
 
 
+# A text, because both are functions before Python 3.13.
+Lock: TypeAlias = 'threading.Lock | threading.RLock'
+_Made = TypeVar('_Made', bound=Lock)
+
 # Protects the data of this module, and is held during a fork.
 _known = threading.RLock()
-_locks: 'weakref.WeakSet[Any]' = weakref.WeakSet()
+_locks: 'weakref.WeakSet[Lock]' = weakref.WeakSet()
 _repaired: 'weakref.WeakSet[Repaired]' = weakref.WeakSet()
-_held: list[Any] = []
+_held: list[Lock] = []
 
 
-def lock() -> Any:
+def lock() -> 'threading.Lock':
     """Return a new ``threading.Lock``."""
     return _added(threading.Lock())
 
 
-def rlock() -> Any:
+def rlock() -> 'threading.RLock':
     """Return a new ``threading.RLock``."""
     return _added(threading.RLock())
 
 
-def _added(made: Any) -> Any:
+def _added(made: _Made) -> _Made:
     with _known:
         _locks.add(made)
     return made
@@ -91,7 +95,7 @@ def _acquire_all() -> None:
         missing = missing or _missing()  # others may have been made in the meantime
 
 
-def _missing() -> list[Any]:
+def _missing() -> list[Lock]:
     """Return the locks that are not held yet; if there are none, keep ``_known`` locked."""
     _known.acquire()
     held = set(map(id, _held))
@@ -101,7 +105,7 @@ def _missing() -> list[Any]:
     return missing
 
 
-def _release(locks: list[Any]) -> None:
+def _release(locks: list[Lock]) -> None:
     for each in locks:
         each.release()
 

@@ -18,7 +18,7 @@ Constants and pure functions: no state, any thread.
 from collections.abc import Sequence
 import math
 import sys
-from typing import Any, overload
+from typing import overload
 
 import numpy as np
 import numpy.typing as npt
@@ -43,10 +43,11 @@ def from_seconds(seconds: float) -> int: ...
 
 
 @overload
-def from_seconds(seconds: Sequence[Any] | npt.NDArray[Any]) -> npt.NDArray[np.int64]: ...
+def from_seconds(seconds: Sequence[object] | npt.NDArray[np.generic]
+                 ) -> npt.NDArray[np.int64]: ...
 
 
-def from_seconds(seconds: Any) -> Any:
+def from_seconds(seconds: object) -> int | npt.NDArray[np.int64]:
     """
     Return the nanoseconds nearest to a number of seconds.
 
@@ -72,7 +73,7 @@ def from_seconds(seconds: Any) -> Any:
     return nanoseconds.astype(np.int64)
 
 
-def _one(seconds: Any) -> int:
+def _one(seconds: object) -> int:
     if not isinstance(seconds, float | int):
         raise ValueError(
             f'seconds must be a number, and {seconds!r} is a {type(seconds).__name__}')
@@ -108,7 +109,8 @@ def unit_that_fits(stamp: int, oldest: int, latest: int) -> str:
     return ''
 
 
-def _nanoseconds_of(seconds: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _nanoseconds_of(seconds: npt.NDArray[np.generic]
+                    ) -> npt.NDArray[np.float64] | npt.NDArray[np.object_]:
     """Return seconds times a billion, rounded as Python rounds."""
     if seconds.dtype.kind in 'iu':
         return seconds.astype(object) * NANOSECONDS_PER_SECOND

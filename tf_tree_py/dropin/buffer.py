@@ -228,7 +228,7 @@ class BufferCore(OurBuffer):
         except TransformException as error:
             # A thread that holds the lock waits for data, and others could not insert any. What
             # observers see is looked up once.
-            if (error.blocked_on is None or self._lock._is_owned()
+            if (error.blocked_on is None or self._lock._is_owned()  # type: ignore[attr-defined]
                     or self.observers.watches_lookups()):
                 raise
         for reference in list(self._spinning_threads.values()):

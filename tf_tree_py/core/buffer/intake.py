@@ -10,7 +10,6 @@ of callers have already been checked in ``buffer_core``.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 from .waiting import Waiting
 from ..edges.packed import pack_pose
@@ -170,7 +169,7 @@ class Intake:
     # --- inserting, with the lock
 
     def _insert(self, remarks: list[Incident], children: Callable[[], Iterable[str]],
-                insert: Callable[..., list[Incident]], *arguments: Any) -> list[Incident]:
+                insert: Callable[..., list[Incident]], *arguments: object) -> list[Incident]:
         incidents = self._waiting.change(self.tree, children, insert, *arguments)
         return remarks + self._explained(incidents) if remarks or incidents else incidents
 

@@ -26,7 +26,7 @@ from copy import copy
 import itertools
 import threading
 import time
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from .. import fork_locks
 from ..errors import Blocker, no_truth, TransformException
@@ -79,8 +79,8 @@ class WallDeadline:
 
 # --- the queues
 
-Answer = TypeVar('Answer')
-_Entry = tuple[int, int, 'Inquiry[Any]']
+Answer = TypeVar('Answer', covariant=True)
+_Entry = tuple[int, int, 'Inquiry[object]']
 
 
 class Waiting:
@@ -97,7 +97,7 @@ class Waiting:
     :ivar lock: the buffer's lock, re-entrant.
     """
 
-    def __init__(self, lock: Any) -> None:
+    def __init__(self, lock: 'threading.RLock') -> None:
         """Begin with empty queues."""
         self.lock = lock
         self._lines: dict[str | None, list[_Entry]] = {}
@@ -123,7 +123,7 @@ class Waiting:
         self._count = 0
         self._somebody = threading.Event()  # a thread may have held the lock inside the old one
 
-    def _enter(self, inquiry: 'Inquiry[Any]', blockers: Iterable[Blocker]) -> None:
+    def _enter(self, inquiry: 'Inquiry[object]', blockers: Iterable[Blocker]) -> None:
         """Queue an inquiry under all its blockers, instead of where it was queued before."""
         self._leave(inquiry)
         inquiry.places = tuple(set(blockers))
@@ -133,7 +133,7 @@ class Waiting:
         self._count += 1
         self._somebody.set()
 
-    def _leave(self, inquiry: 'Inquiry[Any]') -> None:
+    def _leave(self, inquiry: 'Inquiry[object]') -> None:
         """Remove an inquiry from all queues."""
         if not inquiry.places:
             return
@@ -147,26 +147,26 @@ class Waiting:
         if not self._count:
             self._somebody.clear()
 
-    def _pop(self, entries: Iterable[_Entry]) -> 'list[Inquiry[Any]]':
+    def _pop(self, entries: Iterable[_Entry]) -> 'list[Inquiry[object]]':
         popped = list({number: inquiry for _, number, inquiry in entries}.values())
         for inquiry in popped:
             self._leave(inquiry)
         return popped
 
-    def _pop_reached(self, child: str, latest: int) -> 'list[Inquiry[Any]]':
+    def _pop_reached(self, child: str, latest: int) -> 'list[Inquiry[object]]':
         """Remove and return the inquiries about stamps that an edge has now reached."""
         line = self._lines.get(child)
         return [] if line is None else self._pop(line[:bisect_left(line, (latest + 1,))])
 
-    def _pop_all(self) -> 'list[Inquiry[Any]]':
+    def _pop_all(self) -> 'list[Inquiry[object]]':
         """Remove and return all: the structure changed, or their waits must fail."""
         return self._pop([entry for line in self._lines.values() for entry in line])
 
     def _pop_ready(self, tree: Tree, children: Iterable[str],
-                   version: int) -> 'list[Inquiry[Any]]':
+                   version: int) -> 'list[Inquiry[object]]':
         if tree.version != version:
             return self._pop_all()
-        ready: list[Inquiry[Any]] = []
+        ready: list[Inquiry[object]] = []
         for child in children:
             history = tree.histories.get(child)
             if history is not None and history.latest_stamp is not None:
@@ -198,7 +198,7 @@ class Waiting:
     # --- for code that changes the tree
 
     def change(self, tree: Tree, children: Callable[[], Iterable[str]],
-               insert: Callable[..., Answer], *arguments: Any) -> Answer:
+               insert: Callable[..., Answer], *arguments: object) -> Answer:
         """
         Insert under the lock, then wake those whose answer may have changed.
 
@@ -207,7 +207,7 @@ class Waiting:
         :param children: returns the child frames of the inserted edges; called only if somebody
             waits.
         """
-        ready: list[Inquiry[Any]] = []
+        ready: list[Inquiry[object]] = []
         try:
             with self.lock:
                 version = tree.version
@@ -253,7 +253,7 @@ class Waiting:
         self._somebody.set()
 
 
-def wake_all(inquiries: 'Iterable[Inquiry[Any]]') -> None:
+def wake_all(inquiries: 'Iterable[Inquiry[object]]') -> None:
     """
     Wake inquiries; the caller must not hold the buffer's lock.
 

@@ -12,7 +12,7 @@ types of messages and endpoints, so an observer works with both.
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import threading
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from .incidents import Incident
 from .sample import Batch
@@ -185,7 +185,7 @@ class Observers:
         return report_end
 
     def watch(self, lookups: Sequence[Asked], query: Callable[..., Answer],
-              *arguments: Any) -> Answer:
+              *arguments: object) -> Answer:
         """Run a query, and return its answer; if it is the outermost, report it as lookups."""
         if not self.watches_lookups():
             return query(*arguments)
