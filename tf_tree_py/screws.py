@@ -13,19 +13,18 @@ whose name ends in ``_many`` on arrays (..., 6) and (..., 7); a test checks that
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import Array, Vector3
+from tf_tree_py.core.geometry.so3 import Array, Number, Six, Three, Vector3
 
 __all__ = [
     'adjoint', 'carry', 'carry_many', 'exp', 'exp_many', 'left_jacobian_many',
     'left_jacobian_product', 'log', 'log_many', 'Screw', 'Twist',
 ]
 
-Screw = tuple[float, float, float, float, float, float]
+Screw = Six[float]
 Twist = Screw
 
 
@@ -39,11 +38,9 @@ def exp(twist: Twist) -> PoseTuple:
 
     :param twist: (vx, vy, vz, wx, wy, wz): metres, radians.
     """
-    vx, vy, vz, wx, wy, wz = twist
-    square = wx * wx + wy * wy + wz * wz
-    first, second = _left_jacobian(square)
-    return (*_jacobian_product((vx, vy, vz), (wx, wy, wz), first, second),
-            *so3.exp((wx, wy, wz)))
+    *_, wx, wy, wz = twist
+    first, second = _left_jacobian(wx * wx + wy * wy + wz * wz)
+    return (*_jacobian_product(twist[:3], twist[3:], first, second), *so3.exp(twist[3:]))
 
 
 def exp_many(twists: Array) -> Array:
@@ -62,10 +59,9 @@ def log(pose: PoseTuple) -> Twist:
 
     :return: (vx, vy, vz, wx, wy, wz): metres, radians.
     """
-    x, y, z, *q = pose
-    wx, wy, wz = so3.log((q[0], q[1], q[2], q[3]))
+    wx, wy, wz = so3.log(pose[3:])
     third = _inverse_left_jacobian(wx * wx + wy * wy + wz * wz)
-    return (*_jacobian_product((x, y, z), (wx, wy, wz), -0.5, third), wx, wy, wz)
+    return (*_jacobian_product(pose[:3], (wx, wy, wz), -0.5, third), wx, wy, wz)
 
 
 def log_many(poses: Array) -> Array:
@@ -92,9 +88,7 @@ def left_jacobian_many(rotation_vectors: Array) -> Array:
 def left_jacobian_product(rotation_vector: Vector3, rate: Vector3) -> Vector3:
     """Return the angular velocity of Exp(w) for a rate of w: V of ``exp`` times the rate."""
     x, y, z = rotation_vector
-    first, second = _left_jacobian(x * x + y * y + z * z)
-    vx, vy, vz = _jacobian_product(rate, rotation_vector, first, second)
-    return (vx, vy, vz)
+    return _jacobian_product(rate, rotation_vector, *_left_jacobian(x * x + y * y + z * z))
 
 
 def carry(a_T_b: PoseTuple, screw: Screw) -> Screw:
@@ -106,10 +100,9 @@ def carry(a_T_b: PoseTuple, screw: Screw) -> Screw:
 
     :param screw: (vx, vy, vz, wx, wy, wz); see the module docstring.
     """
-    tx, ty, tz, *rest = a_T_b
-    q = (rest[0], rest[1], rest[2], rest[3])
-    vx, vy, vz = so3.rotate(q, screw[:3])
-    wx, wy, wz = so3.rotate(q, screw[3:])
+    tx, ty, tz, *_ = a_T_b
+    vx, vy, vz = so3.rotate(a_T_b[3:], screw[:3])
+    wx, wy, wz = so3.rotate(a_T_b[3:], screw[3:])
     return (vx + ty * wz - tz * wy, vy + tz * wx - tx * wz, vz + tx * wy - ty * wx, wx, wy, wz)
 
 
@@ -148,7 +141,7 @@ def _left_jacobian_many(square: Array) -> tuple[Array, Array]:
             np.where(small, second, (angle - np.sin(angle)) / (angle * safe)))
 
 
-def _left_jacobian_series(s: Any) -> tuple[Any, Any]:
+def _left_jacobian_series(s: Number) -> tuple[Number, Number]:
     return (0.5 - s / 24.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0)),
             1.0 / 6.0 - s / 120.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0)))
 
@@ -168,11 +161,12 @@ def _inverse_left_jacobian_many(square: Array) -> Array:
     return np.where(small, series, (1.0 - half / np.tan(half)) / safe)
 
 
-def _inverse_left_jacobian_series(s: Any) -> Any:
+def _inverse_left_jacobian_series(s: Number) -> Number:
     return 1.0 / 12.0 + s / 720.0 * (1.0 + s / 42.0 * (1.0 + s / 40.0))
 
 
-def _jacobian_product(v: Any, w: Any, first: Any, second: Any) -> Any:
+def _jacobian_product(v: Three[Number], w: Three[Number], first: Number,
+                      second: Number) -> Three[Number]:
     """Return (I + first [w] + second [w]^2) v."""
     vx, vy, vz = v
     wx, wy, wz = w

@@ -20,7 +20,9 @@ import numpy.typing as npt
 from .errors import ArgumentTypeException, InvalidArgumentException, warn
 from .stamp import BEGINNING, FOREVER, format_span
 
-Stamps = npt.NDArray[np.int64]
+Stamps = npt.NDArray[np.int64]  # (N,), nanoseconds
+Mask = npt.NDArray[np.bool_]  # (N,), which of N things
+Indices = npt.NDArray[np.intp]  # (N,), where in an array
 
 Stamp: TypeAlias = SupportsIndex | np.datetime64 | datetime
 """One stamp of a caller: an integer, also numpy's; a ``datetime64``; a ``datetime`` with its zone,
@@ -62,7 +64,7 @@ def checked_stamp(stamp: Any) -> int:
         f'Invalid argument stamp {stamp}: nanoseconds must fit into 64 bits, with a sign')
 
 
-def _from_datetime(stamp: Any) -> int:
+def _from_datetime(stamp: object) -> int:
     if hasattr(stamp, 'to_datetime64'):
         stamp = stamp.to_datetime64()
     if isinstance(stamp, np.datetime64):
@@ -80,7 +82,7 @@ def _from_datetime(stamp: Any) -> int:
 
 
 def checked_stamps(stamps: StampsLike,
-                   one: Callable[[Any], int] = checked_stamp) -> Stamps:
+                   one: Callable[[object], int] = checked_stamp) -> Stamps:
     """
     Return a caller's stamps as an array (N,) of 64-bit integers.
 
@@ -109,7 +111,7 @@ def checked_stamps(stamps: StampsLike,
     return array.astype(np.int64)
 
 
-def _gap(array: npt.NDArray[Any]) -> str:
+def _gap(array: npt.NDArray[np.generic]) -> str:
     """Return a sentence if an array was one of integers before some went missing, else ''."""
     missing = np.isnan(array) if array.dtype.kind == 'f' else np.zeros(0, dtype=bool)
     given = array[~missing] if missing.any() else array[:0]
@@ -120,7 +122,7 @@ def _gap(array: npt.NDArray[Any]) -> str:
             "column as 'Int64' (pandas), drop the gaps, and convert it to 'int64'")
 
 
-def without_mask(stamps: StampsLike) -> tuple[StampsLike, npt.NDArray[np.bool_] | None]:
+def without_mask(stamps: StampsLike) -> tuple[StampsLike, Mask | None]:
     """Return stamps with zeros for masked ones, and which are valid; None without a mask."""
     if not isinstance(stamps, np.ma.MaskedArray):
         return stamps, None
@@ -128,7 +130,7 @@ def without_mask(stamps: StampsLike) -> tuple[StampsLike, npt.NDArray[np.bool_] 
     return np.where(masked, np.zeros_like(data), data), ~masked
 
 
-def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
+def _from_datetimes(array: npt.NDArray[np.datetime64]) -> Stamps:
     """
     Return times (N,) as nanoseconds since 1970, exactly.
 
@@ -160,7 +162,7 @@ def _from_datetimes(array: npt.NDArray[Any]) -> Stamps:
     return numbers * factor
 
 
-def checked_cache_time(cache_time: Any) -> int:
+def checked_cache_time(cache_time: SupportsIndex) -> int:
     """
     Return how much history to keep, nanoseconds.
 

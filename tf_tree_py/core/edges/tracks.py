@@ -20,7 +20,7 @@ from .protocol import EdgeTrack
 from ..geometry import so3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
-from ..times import Stamps
+from ..times import Indices, Stamps
 
 
 class ConstantTrack:
@@ -83,7 +83,7 @@ class InterpolatedTrack:
         return (float((turns * parts).max()),
                 math.sqrt((np.square(steps * parts).sum(axis=0)).max()))
 
-    def _around(self, stamps: Stamps) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    def _around(self, stamps: Stamps) -> tuple[Indices, Indices]:
         """Return the indices of the samples before and after each stamp."""
         after = self.knots.searchsorted(stamps, side='right')
         return after - 1, np.minimum(after, len(self.knots) - 1)

@@ -13,7 +13,7 @@ matrices.
 
 from collections.abc import Iterator, Sequence
 import math
-from typing import Any, NamedTuple, overload
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -79,13 +79,13 @@ class Poses(NDArrayOperatorsMixin):
         """Return the homogeneous matrices, (N, 4, 4)."""
         return se3.as_matrix_many(self._array)
 
-    def copy(self, order: Any = 'C') -> 'Poses':
+    def copy(self, order: Literal['C', 'F', 'A', 'K'] = 'C') -> 'Poses':
         """Return a copy, which shares no memory."""
         return Poses(self._array.copy(order))
 
     __copy__ = copy
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> 'tuple[type[Poses], tuple[Array]]':
         return Poses, (self._array,)
 
     def __repr__(self) -> str:
@@ -93,26 +93,27 @@ class Poses(NDArrayOperatorsMixin):
 
     # --- products
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: object) -> Any:
         return product(self._array, other)
 
-    def __rmatmul__(self, other: Any) -> Any:
+    def __rmatmul__(self, other: object) -> 'Poses | Array':
         return product(poses_of(other), self._array)
 
     # --- what an array has
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> npt.NDArray[Any]:
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> Array:
         view = self._array.view()
         return np.asarray(view, dtype) if copy is None else np.array(view, dtype, copy=copy)
 
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: object,
+                        **options: Any) -> object:
         return result_of(ufunc, method, inputs, options)
 
     def __dlpack__(self, **options: Any) -> Any:
         # Without it, PyTorch takes poses for a sequence of sequences, and rounds to float32.
         return self._array.__dlpack__(**options)
 
-    def __dlpack_device__(self) -> Any:
+    def __dlpack_device__(self) -> tuple[int, int]:
         return self._array.__dlpack_device__()
 
     def __getattr__(self, name: str) -> Any:
@@ -128,7 +129,7 @@ class Poses(NDArrayOperatorsMixin):
         is_rows = self._array.ndim > 1 and not isinstance(key, tuple) and np.ndim(key) < 2
         return Poses(part) if is_rows else part
 
-    def __setitem__(self, key: Any, value: Any) -> None:
+    def __setitem__(self, key: Any, value: npt.ArrayLike) -> None:
         self._array[key] = value
 
     def __len__(self) -> int:
@@ -136,7 +137,7 @@ class Poses(NDArrayOperatorsMixin):
 
     __bool__ = no_truth
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> 'Iterator[Poses | Array]':
         return (self[i] for i in range(len(self)))
 
     def __contains__(self, value: object) -> bool:
@@ -151,7 +152,8 @@ class Poses(NDArrayOperatorsMixin):
         return self._array != _plain(other)
 
 
-def result_of(ufunc: Any, method: str, inputs: Any, options: dict[str, Any]) -> Any:
+def result_of(ufunc: np.ufunc, method: str, inputs: Sequence[object],
+              options: dict[str, Any]) -> object:
     """
     Return what a ufunc of numpy makes of poses: a plain array, or the given ``out``.
 
@@ -178,18 +180,18 @@ def result_of(ufunc: Any, method: str, inputs: Any, options: dict[str, Any]) -> 
     return tuple(part if out is None else out for out, part in zip(outs, made, strict=True))
 
 
-def _matmul(left: Any, right: Any) -> Any:
+def _matmul(left: object, right: object) -> 'Pose | Poses | Array':
     made = product(poses_of(left), right)
     return _as_one(made) if isinstance(left, Pose) or isinstance(right, Pose) else made
 
 
-def _plain(given: Any) -> Any:
+def _plain(given: object) -> object:
     if isinstance(given, Poses):
         return given._array
     return np.array(given) if isinstance(given, Pose) else given
 
 
-def product(a_T_b: Array, other: Any) -> Any:
+def product(a_T_b: Array, other: object) -> Poses | Array:
     """
     Return the product of poses (..., 7) and the right operand of ``@``.
 
@@ -213,7 +215,7 @@ def product(a_T_b: Array, other: Any) -> Any:
             'all') from None
 
 
-def poses_of(given: Any) -> Array:
+def poses_of(given: object) -> Array:
     """
     Return the left operand of ``@`` as poses (..., 7).
 
@@ -231,7 +233,7 @@ def _sevens(array: Array) -> Array:
     return array if array.shape[-1] == 7 else se3.from_matrix_many(array)
 
 
-def _refusal(other: Any, shape: tuple[int, ...] | None) -> str:
+def _refusal(other: object, shape: tuple[int, ...] | None) -> str:
     if shape is not None and shape[-1:] == (4,):
         return (f'{_WHAT}. The shape {shape} is that of homogeneous points: pass their first '
                 'three numbers, points[..., :3]')
@@ -330,17 +332,18 @@ class Pose(NamedTuple):
     def __matmul__(self, other: Poses) -> Poses: ...
 
     @overload
-    def __matmul__(self, other: npt.NDArray[Any] | Sequence[Any]) -> Array: ...
+    def __matmul__(self, other: npt.NDArray[np.generic] | Sequence[Any]) -> Array: ...
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: object) -> object:
         if isinstance(other, Pose):
             return Pose(*se3.compose(self, other))
         return _as_one(product(np.array(self), other))
 
-    def __rmatmul__(self, other: Any) -> Any:
+    def __rmatmul__(self, other: object) -> 'Pose | Poses | Array':
         return _as_one(product(poses_of(other), self))
 
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: object,
+                        **options: Any) -> object:
         # Otherwise numpy would treat the pose in `array @ pose` as a vector of seven.
         return result_of(ufunc, method, inputs, options)
 
@@ -351,8 +354,6 @@ class Pose(NamedTuple):
         return f'({x:.3f}, {y:.3f}, {z:.3f}) m, rpy ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) deg'
 
 
-def _as_one(result: Any) -> Any:
+def _as_one(result: Poses | Array) -> Pose | Poses | Array:
     """Return a single pose as a ``Pose``, and anything else unchanged."""
-    if isinstance(result, Poses) and result.ndim == 1:
-        return Pose(*result.tolist())
-    return result
+    return Pose(*result.tolist()) if isinstance(result, Poses) and result.ndim == 1 else result

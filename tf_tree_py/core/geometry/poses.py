@@ -22,19 +22,20 @@ from . import se3
 from .se3 import PoseTuple
 from .so3 import Array
 from ..errors import InvalidArgumentException
+from ..times import Mask
 
 
 class RotationLike(Protocol):
     """``Rotation`` of scipy."""
 
-    def as_quat(self) -> Any:
+    def as_quat(self) -> object:
         """Return quaternions x y z w."""
 
 
 class RigidTransformLike(Protocol):
     """``RigidTransform`` of scipy."""
 
-    def as_components(self) -> Any:
+    def as_components(self) -> object:
         """Return the translation and the rotation."""
 
 
@@ -86,7 +87,7 @@ def checked_pose(given: Any) -> PoseTuple:
     return (float(x), float(y), float(z), float(qx), float(qy), float(qz), float(qw))
 
 
-def checked_poses(given: Any) -> Array:
+def checked_poses(given: object) -> Array:
     """
     Return many poses as an array (N, 7).
 
@@ -112,7 +113,7 @@ def is_sound(pose: PoseTuple) -> bool:
     return -UNIT_TOLERANCE < excess < UNIT_TOLERANCE
 
 
-def judged(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+def judged(poses: Array) -> tuple[Array, Mask]:
     """
     Return poses (N, 7) with unit quaternions, and which of them are good.
 
@@ -139,7 +140,7 @@ def judged(poses: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
     return unit, good
 
 
-def array_of(given: Any) -> Array | None:
+def array_of(given: object) -> Array | None:
     """Return the numbers of an object; None if it does not consist of numbers."""
     if hasattr(given, 'as_components'):  # RigidTransform
         translation, rotation = given.as_components()
@@ -170,7 +171,7 @@ def _from_matrices(matrices: Array) -> Array:
     return poses
 
 
-def _refuse(what: str, given: Any, array: Array | None, many: int = 0) -> NoReturn:
+def _refuse(what: str, given: object, array: Array | None, many: int = 0) -> NoReturn:
     if array is None:
         hint = ('tf_tree_py.as_pose converts a message'
                 if hasattr(given, 'translation') or hasattr(given, 'transform') else '')

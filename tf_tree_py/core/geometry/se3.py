@@ -16,13 +16,12 @@ Pure functions: no state, any thread.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import chain, so3
-from .so3 import Array, Vector3
+from .so3 import Array, Number, Seven, Vector3
 
 PoseTuple = chain.PoseTuple
 
@@ -43,11 +42,11 @@ def inverse_many(a_T_b: Array) -> Array:
     return np.concatenate([so3.rotate_many(q, -a_T_b[..., :3]), q], axis=-1)
 
 
-def inverse_columns(a_T_b: Any) -> tuple[Any, ...]:
+def inverse_columns(a_T_b: Seven[Number]) -> Seven[Number]:
     """Return b_T_a of seven numbers, or of an array (...) for each coordinate."""
-    x, y, z, *q = a_T_b
-    b_q_a: Any = so3.conjugate((q[0], q[1], q[2], q[3]))
-    return (*so3.rotate(b_q_a, (-x, -y, -z)), *b_q_a)
+    x, y, z, *_ = a_T_b
+    b_q_a = so3.conjugate(a_T_b[3:])
+    return so3.rotate(b_q_a, (-x, -y, -z)) + b_q_a
 
 
 def apply(a_T_b: PoseTuple, point: Vector3) -> Vector3:

@@ -15,7 +15,7 @@ Pure functions: no state, any thread. A result may be the argument itself, so ne
 
 from collections.abc import Sequence
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -26,10 +26,17 @@ from .chain import (
     slerp_weights as slerp_weights,
     through_tf2_matrix as through_tf2_matrix,
 )
+from ..times import Mask
 
-Vector3 = tuple[float, float, float]
-Matrix3 = tuple[Vector3, Vector3, Vector3]
-Array = npt.NDArray[np.float64]
+Array = npt.NDArray[np.float64]  # of the shape that the docstring names
+# A float, or an array (...), in a formula that is valid for both.
+Number = TypeVar('Number', float, Array)
+Three = tuple[Number, Number, Number]
+Four = tuple[Number, Number, Number, Number]
+Six = tuple[Number, Number, Number, Number, Number, Number]
+Seven = tuple[Number, Number, Number, Number, Number, Number, Number]
+
+Vector3 = Three[float]
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
@@ -40,7 +47,7 @@ ORTHONORMAL_TOLERANCE = 1e-6
 _GIMBAL_LOCK = 1e-12
 
 
-def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+def multiply(a: Four[Number], b: Four[Number]) -> Four[Number]:
     """Return the Hamilton product a b, which rotates by b first, then by a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
@@ -57,7 +64,7 @@ def multiply_many(a: Array, b: Array) -> Array:
     return joined(multiply(columns(a), columns(b)))
 
 
-def conjugate(q: Quaternion) -> Quaternion:
+def conjugate(q: Four[Number]) -> Four[Number]:
     """Return the inverse rotation of a unit quaternion."""
     x, y, z, w = q
     return (-x, -y, -z, w)
@@ -68,7 +75,7 @@ def conjugate_many(q: Array) -> Array:
     return np.asarray(q * np.array([-1.0, -1.0, -1.0, 1.0]))
 
 
-def rotate(q: Quaternion, v: Vector3) -> Vector3:
+def rotate(q: Four[Number], v: Three[Number]) -> Three[Number]:
     """Return q v q*: v + 2 w (u x v) + 2 u x (u x v), with u the vector part of q."""
     x, y, z, w = q
     vx, vy, vz = v
@@ -134,7 +141,7 @@ def with_tf2_sign_many(q: Array) -> Array:
     return np.asarray(np.where(decisive[..., None] >= 0.0, q, -q))
 
 
-def is_half_turn(cosine: Any) -> Any:
+def is_half_turn(cosine: Array) -> Mask:
     """Return whether two unit quaternions with this dot product are half a turn apart."""
     return (cosine < HALF_TURN) & (cosine > -HALF_TURN)
 
@@ -181,7 +188,7 @@ def slerp_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:
     return np.asarray(first[..., None] * a + second[..., None] * b)
 
 
-def _through_tf2_matrices(q: Array, chosen: Any) -> Array:
+def _through_tf2_matrices(q: Array, chosen: Mask) -> Array:
     q = np.array(np.broadcast_to(q, (*chosen.shape, 4)))
     q[chosen] = [through_tf2_matrix((x, y, z, w)) for x, y, z, w in q[chosen].tolist()]
     return q
@@ -236,7 +243,7 @@ def log_columns(x: Array, y: Array, z: Array, w: Array) -> tuple[Array, Array, A
     return scale * x, scale * y, scale * z
 
 
-def as_matrix(q: Quaternion) -> Matrix3:
+def as_matrix(q: Four[Number]) -> tuple[Three[Number], Three[Number], Three[Number]]:
     """Return the rotation matrix, row by row; its columns are the rotated axes."""
     x, y, z, w = q
     return (
@@ -341,7 +348,7 @@ def columns(array: Array) -> Any:
     return tuple(numbers[..., column] for column in range(numbers.shape[-1]))
 
 
-def joined(parts: Sequence[Any]) -> Array:
+def joined(parts: Sequence[Array]) -> Array:
     """Join n arrays (...) to one (..., n): the inverse of ``columns``."""
     made = np.empty((*np.broadcast(*parts).shape, len(parts)))
     for column, part in enumerate(parts):

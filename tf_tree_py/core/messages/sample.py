@@ -17,7 +17,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .incidents import Incident, Kind
 from ..edges.packed import POSE_BYTES, unpack_pose
@@ -29,7 +28,7 @@ from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..stamp import BEGINNING, FOREVER, format_span, format_stamp, NANOSECONDS_PER_SECOND
 from ..text import shorten
-from ..times import checked_stamp, Stamps
+from ..times import checked_stamp, Mask, Stamps
 
 # Up to this number of poses, plain floats are cheaper than an array.
 _FEW = 6
@@ -158,7 +157,7 @@ def admitted(sample: Sample) -> Sample:
         parent.removeprefix('/'), child.removeprefix('/'), checked_stamp(stamp), pose)
 
 
-def checked_frame(child: Any) -> str:
+def checked_frame(child: object) -> str:
     """
     Return the name of a caller's child frame, without a leading slash.
 
@@ -354,7 +353,7 @@ class JudgedTrack(NamedTuple):
     """
 
     track: SampleTrack
-    good: npt.NDArray[np.bool_]
+    good: Mask
     refused: dict[int, Incident]
 
     def after(self, number: int) -> tuple[SampleTrack, list[Incident]]:
@@ -367,7 +366,7 @@ class JudgedTrack(NamedTuple):
                 [incident for index, incident in self.refused.items() if index >= number])
 
 
-def checked_track(parent: str, child: str, stamps: Stamps, poses: Any) -> SampleTrack:
+def checked_track(parent: str, child: str, stamps: Stamps, poses: object) -> SampleTrack:
     """
     Return a caller's samples.
 
@@ -376,7 +375,7 @@ def checked_track(parent: str, child: str, stamps: Stamps, poses: Any) -> Sample
     for name, frame in (('parent', parent), ('child', child)):
         if not isinstance(frame, str):
             raise InvalidArgumentException(f'{name} is the name of a frame, not {frame!r}')
-    array = checked_poses(poses) if len(stamps) or np.size(poses) else np.empty((0, 7))
+    array = checked_poses(poses) if len(stamps) or np.asarray(poses).size else np.empty((0, 7))
     if len(array) != len(stamps):
         raise InvalidArgumentException(
             f'there must be one pose (N, 7) for each stamp (N,): not {len(stamps)} stamps and '

@@ -13,7 +13,6 @@ from contextlib import AbstractContextManager
 from typing import cast
 
 import numpy as np
-import numpy.typing as npt
 
 from .path import Path
 from .path_finder import PathFinder
@@ -29,9 +28,7 @@ from ..geometry import se3
 from ..geometry.so3 import Array
 from ..messages.incidents import TransformWarning
 from ..stamp import format_stamp, unit_that_fits
-from ..times import Stamps
-
-Mask = npt.NDArray[np.bool_]
+from ..times import Mask, Stamps
 
 
 def poses_at(tree: Tree, lock: AbstractContextManager[object], target: str, source: str,

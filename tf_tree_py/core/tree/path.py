@@ -21,7 +21,7 @@ methods give the same poses, apart from rounding:
 from collections.abc import Iterable, Sequence
 from functools import cache, reduce
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -167,18 +167,16 @@ def _product(parts: Sequence[EdgeTrack], stamps: Stamps, since: Array | None) ->
 def _compose(a_T_b: Array, b_T_c: Array) -> Array:
     """Return a_T_c of poses (7, ...); see ``se3.compose``."""
     # The formulas for plain floats also work for rows.
-    q: Any = a_T_b[3:]
-    b_t_c: Any = b_T_c[:3]
-    b_q_c: Any = b_T_c[3:]
+    q = tuple(a_T_b[3:])
     # For a few short rows, np.array is faster than np.stack.
-    poses = np.array((*so3.rotate(q, b_t_c), *so3.multiply(q, b_q_c)))
+    poses = np.array((*so3.rotate(q, tuple(b_T_c[:3])), *so3.multiply(q, tuple(b_T_c[3:]))))
     poses[:3] += a_T_b[:3]
     return poses
 
 
 def _inverse(a_T_b: Array) -> Array:
     """Return b_T_a of poses (7, ...)."""
-    return np.array(se3.inverse_columns(a_T_b))
+    return np.array(se3.inverse_columns(tuple(a_T_b)))
 
 
 # --- the path

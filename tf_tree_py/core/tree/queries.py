@@ -17,10 +17,9 @@ The rules:
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal, overload
+from typing import Literal, overload
 
 import numpy as np
-import numpy.typing as npt
 
 from .edge_info import EdgeInfo, info_at, info_of, samples_around, stamps_of, summary
 from .many_stamps import poses_at, refuse_missing, warn_of_units
@@ -32,7 +31,7 @@ from ..geometry.pose import Pose, Poses
 from ..geometry.se3 import PoseTuple
 from ..messages.observers import asked, halves, newest_of, NO_OBSERVERS, Observers
 from ..stamp import LATEST
-from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike, without_mask
+from ..times import checked_stamp, checked_stamps, Mask, Stamp, Stamps, StampsLike, without_mask
 
 
 class FramesInErrors:
@@ -73,7 +72,7 @@ class Queries:
     """The observers of lookups; see ``Observer``."""
 
     # Converts callers' stamps to integers; ``ros`` also accepts ROS times.
-    _stamp_of: Callable[[Any], int] = staticmethod(checked_stamp)
+    _stamp_of: Callable[[object], int] = staticmethod(checked_stamp)
 
     def _stamps_of(self, stamps: StampsLike) -> Stamps:
         return checked_stamps(stamps, self._stamp_of)
@@ -257,10 +256,10 @@ class Queries:
 
     @overload
     def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
-                    outside: Literal['mask']) -> tuple[Poses, npt.NDArray[np.bool_]]: ...
+                    outside: Literal['mask']) -> tuple[Poses, Mask]: ...
 
     def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
-                    outside: str = 'raise') -> Any:
+                    outside: str = 'raise') -> Poses | tuple[Poses, Mask]:
         """
         Return ``target_T_source`` at many stamps, as one ``lookup`` for each would.
 
@@ -287,7 +286,7 @@ class Queries:
             self._lookup_many, target_frame, source_frame, array, given, outside)
 
     def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
-                     given: npt.NDArray[np.bool_] | None, outside: str) -> Any:
+                     given: Mask | None, outside: str) -> Poses | tuple[Poses, Mask]:
         with FramesInErrors(self._tree, target_frame, source_frame):
             poses, valid = poses_at(self._tree, self._lock, target_frame, source_frame, array)
         if given is not None:
