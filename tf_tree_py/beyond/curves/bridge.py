@@ -16,14 +16,13 @@ from bisect import bisect_left
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from tf_tree_py import screws
 from tf_tree_py.core.edges.packed import PackedSamples
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.times import Indices, Mask, Stamps
 
 from .gaps import effects_of, Ends
 from .gyro import Gyro, rotation_of
@@ -143,8 +142,7 @@ class Bridge(NamedTuple):
                 s, *at_ends[crossing:crossing + 2])
         return found
 
-    def _around(self, passed: Array) -> tuple[
-            npt.NDArray[np.intp], list[tuple[int, npt.NDArray[np.bool_], Array]]]:
+    def _around(self, passed: Array) -> tuple[Indices, list[tuple[int, Mask, Array]]]:
         """
         Return how many gaps have begun before each time (N,) after the begin of the interval.
 

@@ -12,7 +12,7 @@ between two stamps.
 
 from dataclasses import dataclass
 import math
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -153,7 +153,7 @@ class GivenCurve:
         """Return (N, 7) poses of the curve at stamps (N,) within it."""
         return self._checked(self._asked('poses', stamps), stamps)
 
-    def _checked(self, poses: Any, stamps: Stamps) -> Array:
+    def _checked(self, poses: object, stamps: Stamps) -> Array:
         try:
             array, good = judged(checked_poses(poses))
         except InvalidArgumentException as error:
@@ -180,7 +180,7 @@ class GivenCurve:
                               f'not {twists.shape}')
         return twists
 
-    def _asked(self, function: str, stamps: Stamps) -> Any:
+    def _asked(self, function: str, stamps: Stamps) -> object:
         try:
             # A copy, because the function may compute in place.
             return getattr(self.given, function)(stamps.copy())
@@ -290,11 +290,10 @@ class ConstantTwist:
 
     def __post_init__(self) -> None:
         """Check the arguments."""
-        given: Any = self.pose
         set_to = object.__setattr__  # the only way to set a frozen dataclass
         set_to(self, 'oldest', checked_stamp(self.oldest))
         set_to(self, 'latest', checked_stamp(self.latest))
-        set_to(self, 'pose', Pose._make(checked_pose(given)))
+        set_to(self, 'pose', Pose._make(checked_pose(self.pose)))
         set_to(self, 'twist', _checked_twist(self.twist))
 
     def poses(self, stamps: Stamps) -> Array:

@@ -4,7 +4,6 @@
 """Insertion of curves, and of the angular velocities of gyroscopes, into a buffer."""
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -118,7 +117,7 @@ def take_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
     return intake.take([newest], authority, insert=insert)
 
 
-def checked_rates(given: Any, count: int) -> Array:
+def checked_rates(given: npt.ArrayLike, count: int) -> Array:
     """
     Return a caller's angular velocities as an array (N, 3).
 

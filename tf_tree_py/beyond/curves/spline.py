@@ -9,7 +9,6 @@ at many stamps evaluate it as the track of an edge.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from tf_tree_py.core.errors import InvalidArgumentException, no_truth
@@ -224,7 +223,7 @@ class Spline:
         return (f'<Spline on {self.group.name}: {len(self)} knots, '
                 f'{format_stamp(self.oldest)} to {format_stamp(self.latest)} s>')
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         # The formulas of a group are functions, so they are not pickled.
         return (_restored, (self.begin, self.knot_period, self.knots, self.latest,
                             self.group is SE3))
@@ -295,7 +294,7 @@ class Spline:
         x, y, z, qx, qy, qz, qw = pose_on(self.group, *self._piece(stamp))
         return (x, y, z, qx, qy, qz, qw)
 
-    def _piece(self, stamp: int) -> tuple[tuple[float, ...], list[list[float]], float]:
+    def _piece(self, stamp: int) -> tuple[PoseTuple, list[list[float]], float]:
         """Return the first knot of a stamp's piece, the steps, and the place on it (u)."""
         since = stamp - self.begin
         number = min(since // self.knot_period, self.pieces - 1)

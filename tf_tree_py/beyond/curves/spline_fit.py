@@ -10,13 +10,12 @@ the fit a pose is on a piece, at a parameter u; only its input, a caller's poses
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from tf_tree_py.core.edges.tracks import InterpolatedTrack
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.poses import checked_poses, judged
-from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.geometry.so3 import Array, Four, Number
 from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.core.times import checked_stamps, Stamps, StampsLike
 
@@ -24,7 +23,6 @@ from .spline_segment import (
     difference,
     Group,
     moved,
-    Numbers,
     poses_on,
     steps_between,
     weights,
@@ -90,7 +88,7 @@ def on_pieces(knots: Array, steps: Array, pieces: Stamps) -> tuple[Array, Array]
             np.stack([columns.take(pieces + number, axis=1) for number in range(ORDER - 1)]))
 
 
-def basis_weights(u: Any) -> Numbers:
+def basis_weights(u: Number) -> Four[Number]:
     """Return the weights of the four knots in a pose, each (...) as u is."""
     one, two, three = weights(u)
     return 1.0 - one, one - two, two - three, three
@@ -137,7 +135,7 @@ def _unevenness(steps: Array) -> Array:
 _LONGEST = 2**62
 
 
-def checked_samples(stamps: StampsLike, poses: Any) -> tuple[Stamps, Array]:
+def checked_samples(stamps: StampsLike, poses: object) -> tuple[Stamps, Array]:
     """
     Return a caller's samples, sorted by stamp, with unit quaternions.
 
@@ -146,7 +144,7 @@ def checked_samples(stamps: StampsLike, poses: Any) -> tuple[Stamps, Array]:
         pose that is not finite or not a rotation.
     """
     times = checked_stamps(stamps)
-    array = checked_poses(poses) if len(times) or np.size(poses) else np.empty((0, 7))
+    array = checked_poses(poses) if len(times) or np.asarray(poses).size else np.empty((0, 7))
     if len(array) != len(times) or not len(times):
         raise InvalidArgumentException(
             f'there must be one pose (N, 7) for each stamp (N,), and at least one: not '

@@ -19,6 +19,7 @@ import numpy as np
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.poses import PosesLike
+from tf_tree_py.core.geometry.se3 import PoseTuple, Twist
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_cache_time, Stamps, StampsLike
@@ -35,7 +36,7 @@ from .spline_fit import (
     places,
     SMALL_STEP,
 )
-from .spline_segment import Group, Numbers, pose_on, SE3, SPLIT
+from .spline_segment import Group, pose_on, SE3, SPLIT
 
 # How far the new pose may be from the result of a linear step, as a share of its residual.
 _NOT_LINEAR = 0.05
@@ -86,7 +87,7 @@ class RunningFit:
             return None
         return knots, steps
 
-    def _on_last_piece(self, knots: Array, steps: Array, u: float) -> Numbers:
+    def _on_last_piece(self, knots: Array, steps: Array, u: float) -> PoseTuple:
         return pose_on(self._group, knots[-ORDER].tolist(), steps[1 - ORDER:].tolist(), u)
 
     def _moved(self, knots: Array, steps: Array, tangents: Array) -> tuple[Array, Array]:
@@ -101,7 +102,7 @@ class RunningFit:
         steps[1 - len(changed):] = [self._step(a, b) for a, b in pairwise(changed)]
         return knots, steps
 
-    def _step(self, a: Numbers, b: Numbers) -> Numbers:
+    def _step(self, a: PoseTuple, b: PoseTuple) -> Twist:
         """Return the tangent (6,) at element a that leads to b."""
         return self._group.log(self._group.compose(self._group.inverse(a), b))
 

@@ -19,15 +19,18 @@ Every number may be a float or an array: the formulas are valid for both, and a 
 ``exp`` for floats and ``exp_many`` for arrays. Times are not used here.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py import screws
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.geometry.so3 import Array, Number, Seven, Six, Three
 
-Numbers = tuple[Any, ...]
+Steps = Iterable[Sequence[Number]]
+Rates = tuple[Six[Number], Six[Number]]
+# Of floats, also among arrays.
+_ZERO: tuple[Any, ...] = (0.0,) * 6
 
 
 class Group(NamedTuple):
@@ -48,21 +51,21 @@ class Group(NamedTuple):
     """
 
     name: str
-    compose: Callable[[Numbers, Numbers], Numbers]
-    inverse: Callable[[Any], Numbers]
-    exp: Callable[[Any], Numbers]
-    exp_many: Callable[[Numbers], Numbers]
-    log: Callable[[Any], Numbers]
-    log_many: Callable[[Numbers], Numbers]
-    adjoint: Callable[[Numbers, Numbers], Numbers]
-    bracket: Callable[[Numbers, Numbers], Numbers]
-    in_childs_axes: Callable[[Numbers, Numbers, Numbers], tuple[Numbers, Numbers]]
+    compose: Callable[[Seven[Number], Seven[Number]], Seven[Number]]
+    inverse: Callable[[Seven[Number]], Seven[Number]]
+    exp: Callable[[Six[float]], Seven[float]]
+    exp_many: Callable[[Six[Array]], Seven[Array]]
+    log: Callable[[Seven[float]], Six[float]]
+    log_many: Callable[[Seven[Array]], Six[Array]]
+    adjoint: Callable[[Seven[Number], Six[Number]], Six[Number]]
+    bracket: Callable[[Six[Number], Sequence[Number]], Six[Number]]
+    in_childs_axes: Callable[[Seven[Number], Six[Number], Six[Number]], Rates[Number]]
 
 
 # --- the weights
 
 
-def weights(u: Any) -> Numbers:
+def weights(u: Number) -> Three[Number]:
     """Return the weights of the three steps of a piece."""
     square = u * u
     cube = square * u
@@ -70,20 +73,21 @@ def weights(u: Any) -> Numbers:
             (1.0 + 3.0 * u + 3.0 * square - 2.0 * cube) / 6.0, cube / 6.0)
 
 
-def _weight_rates(u: Any) -> Numbers:
+def _weight_rates(u: Number) -> Three[Number]:
     """Return the first derivatives of the weights with respect to u."""
     return 0.5 * (1.0 - u) * (1.0 - u), 0.5 + u - u * u, 0.5 * u * u
 
 
-def _weight_bends(u: Any) -> Numbers:
+def _weight_bends(u: Number) -> Three[Number]:
     """Return the second derivatives of the weights with respect to u."""
     return u - 1.0, 1.0 - 2.0 * u, u
 
 
-# --- a piece
+# --- a piece. Tuples are joined by +, because mypy does not know what a star is if a number is
+# either a float or an array.
 
 
-def pose_on(group: Group, first: Numbers, steps: Any, u: float) -> Numbers:
+def pose_on(group: Group, first: Seven[float], steps: Steps[float], u: float) -> Seven[float]:
     """
     Return the pose on a piece, for floats.
 
@@ -91,21 +95,22 @@ def pose_on(group: Group, first: Numbers, steps: Any, u: float) -> Numbers:
     :param steps: (3, 6) the tangents from each knot to the next.
     :param u: 0 to 1.
     """
-    return _along(group.compose, group.exp, first, steps, u)
+    return _along(group, group.exp, first, steps, u)
 
 
 def poses_on(group: Group, first: Array, steps: Array, u: Array) -> Array:
     """Return the poses (7, ...) on pieces with first (7, ...), steps (3, 6, ...), u (...)."""
-    return np.stack(_along(group.compose, group.exp_many, tuple(first), steps, u))
+    return np.stack(_along(group, group.exp_many, tuple(first), steps, u))
 
 
-def _along(compose: Any, exp: Any, pose: Numbers, steps: Any, u: Any) -> Numbers:
+def _along(group: Group, exp: Callable[[Six[Number]], Seven[Number]], pose: Seven[Number],
+           steps: Steps[Number], u: Number) -> Seven[Number]:
     for weight, step in zip(weights(u), steps, strict=True):
-        pose = compose(pose, exp(_times(weight, step)))
+        pose = group.compose(pose, exp(_times(weight, step)))
     return pose
 
 
-def rates_on(group: Group, first: Numbers, steps: Any, u: float) -> tuple[Numbers, Numbers]:
+def rates_on(group: Group, first: Seven[float], steps: Steps[float], u: float) -> Rates[float]:
     """
     Return the twist and the acceleration on a piece, for floats, with respect to u.
 
@@ -116,18 +121,17 @@ def rates_on(group: Group, first: Numbers, steps: Any, u: float) -> tuple[Number
                                 *_rates(group, group.exp, steps, u))
 
 
-def rates_on_many(group: Group, first: Array, steps: Array,
-                  u: Array) -> tuple[Array, Array]:
+def rates_on_many(group: Group, first: Array, steps: Array, u: Array) -> tuple[Array, Array]:
     """Return twists and accelerations (6, ...) on pieces; see ``rates_on`` and ``poses_on``."""
     twist, acceleration = group.in_childs_axes(
         tuple(poses_on(group, first, steps, u)), *_rates(group, group.exp_many, steps, u))
     return np.stack(twist), np.stack(acceleration)
 
 
-def _rates(group: Group, exp: Any, steps: Any, u: Any) -> tuple[Numbers, Numbers]:
+def _rates(group: Group, exp: Callable[[Six[Number]], Seven[Number]], steps: Steps[Number],
+           u: Number) -> Rates[Number]:
     """Return the first and second derivatives; Sommer et al., equations 12 and 20."""
-    rate: Numbers = (0.0,) * 6
-    bend: Numbers = (0.0,) * 6
+    rate = bend = _ZERO
     for weight, speed, change, step in zip(
             weights(u), _weight_rates(u), _weight_bends(u), steps, strict=True):
         back = exp(_times(-weight, step))
@@ -152,16 +156,16 @@ def moved(group: Group, a: Array, tangents: Array) -> Array:
     return np.stack(group.compose(tuple(a), group.exp_many(tuple(tangents))))
 
 
-def _times(factor: Any, tangent: Any) -> Numbers:
+def _times(factor: Number, tangent: Sequence[Number]) -> Six[Number]:
     a, b, c, d, e, f = tangent
     return factor * a, factor * b, factor * c, factor * d, factor * e, factor * f
 
 
-def _plus(one: Numbers, other: Numbers) -> Numbers:
+def _plus(one: Iterable[Number], other: Iterable[Number]) -> tuple[Any, ...]:
     return tuple(a + b for a, b in zip(one, other, strict=True))
 
 
-def _cross(a: Any, b: Any) -> Numbers:
+def _cross(a: Sequence[Number], b: Sequence[Number]) -> Three[Number]:
     ax, ay, az = a
     bx, by, bz = b
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -170,72 +174,73 @@ def _cross(a: Any, b: Any) -> Numbers:
 # --- R^3 x SO(3)
 
 
-def _split_compose(a: Any, b: Any) -> Numbers:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2], *so3.multiply(a[3:], b[3:])
+def _split_compose(a: Seven[Number], b: Seven[Number]) -> Seven[Number]:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2]) + so3.multiply(a[3:], b[3:])
 
 
-def _split_inverse(a: Any) -> Numbers:
+def _split_inverse(a: Seven[Number]) -> Seven[Number]:
     x, y, z, qx, qy, qz, qw = a
     return -x, -y, -z, -qx, -qy, -qz, qw
 
 
-def _split_exp(tangent: Any) -> Numbers:
+def _split_exp(tangent: Six[float]) -> Seven[float]:
     return *tangent[:3], *so3.exp(tangent[3:])
 
 
-def _split_exp_many(tangent: Numbers) -> Numbers:
+def _split_exp_many(tangent: Six[Array]) -> Seven[Array]:
     return *tangent[:3], *so3.exp_columns(*tangent[3:])
 
 
-def _split_log(pose: Any) -> Numbers:
+def _split_log(pose: Seven[float]) -> Six[float]:
     return *pose[:3], *so3.log(pose[3:])
 
 
-def _split_log_many(pose: Numbers) -> Numbers:
+def _split_log_many(pose: Seven[Array]) -> Six[Array]:
     return *pose[:3], *so3.log_columns(*pose[3:])
 
 
-def _split_adjoint(pose: Any, tangent: Any) -> Numbers:
-    return *tangent[:3], *so3.rotate(pose[3:], tangent[3:])
+def _split_adjoint(pose: Seven[Number], tangent: Six[Number]) -> Six[Number]:
+    return tangent[:3] + so3.rotate(pose[3:], tangent[3:])
 
 
-def _split_bracket(a: Numbers, b: Numbers) -> Numbers:
-    return 0.0, 0.0, 0.0, *_cross(a[3:], b[3:])
+def _split_bracket(a: Six[Number], b: Sequence[Number]) -> Six[Number]:
+    return _ZERO[:3] + _cross(a[3:], b[3:])
 
 
-def _split_in_childs_axes(pose: Any, rate: Any, bend: Any) -> tuple[Numbers, Numbers]:
+def _split_in_childs_axes(pose: Seven[Number], rate: Six[Number],
+                          bend: Six[Number]) -> Rates[Number]:
     back = so3.conjugate(pose[3:])
-    return ((*so3.rotate(back, rate[:3]), *rate[3:]), (*so3.rotate(back, bend[:3]), *bend[3:]))
+    return so3.rotate(back, rate[:3]) + rate[3:], so3.rotate(back, bend[:3]) + bend[3:]
 
 
 # --- SE(3)
 
 
-def _compose(a: Any, b: Any) -> Numbers:
+def _compose(a: Seven[Number], b: Seven[Number]) -> Seven[Number]:
     x, y, z = so3.rotate(a[3:], b[:3])
-    return a[0] + x, a[1] + y, a[2] + z, *so3.multiply(a[3:], b[3:])
+    return (a[0] + x, a[1] + y, a[2] + z) + so3.multiply(a[3:], b[3:])
 
 
-def _exp_many(tangent: Numbers) -> Numbers:
+def _exp_many(tangent: Six[Array]) -> Seven[Array]:
     return so3.columns(screws.exp_many(so3.joined(tangent)))  # type: ignore[no-any-return]
 
 
-def _log_many(pose: Numbers) -> Numbers:
+def _log_many(pose: Seven[Array]) -> Six[Array]:
     return so3.columns(screws.log_many(so3.joined(pose)))  # type: ignore[no-any-return]
 
 
-def _adjoint(pose: Any, tangent: Any) -> Numbers:
+def _adjoint(pose: Seven[Number], tangent: Six[Number]) -> Six[Number]:
     w = so3.rotate(pose[3:], tangent[3:])
-    return *_plus(so3.rotate(pose[3:], tangent[:3]), _cross(pose[:3], w)), *w
+    return _plus(so3.rotate(pose[3:], tangent[:3]), _cross(pose[:3], w)) + w
 
 
-def _bracket(a: Numbers, b: Numbers) -> Numbers:
-    return (*_plus(_cross(a[3:], b[:3]), _cross(a[:3], b[3:])), *_cross(a[3:], b[3:]))
+def _bracket(a: Six[Number], b: Sequence[Number]) -> Six[Number]:
+    return _plus(_cross(a[3:], b[:3]), _cross(a[:3], b[3:])) + _cross(a[3:], b[3:])
 
 
-def _in_childs_axes(pose: Any, rate: Any, bend: Any) -> tuple[Numbers, Numbers]:
+def _in_childs_axes(pose: Seven[Number], rate: Six[Number], bend: Six[Number]) -> Rates[Number]:
     """Return the twist, and the acceleration with the term for the rotation of the axes."""
-    return rate, (*_plus(bend[:3], _cross(rate[3:], rate[:3])), *bend[3:])
+    return rate, _plus(bend[:3], _cross(rate[3:], rate[:3])) + bend[3:]
 
 
 SPLIT = Group('R3 x SO(3)', _split_compose, _split_inverse, _split_exp, _split_exp_many,
