@@ -18,7 +18,7 @@ import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves
 from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import so3
-from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.geometry.so3 import Array, Four
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.sample import bad_name
 from tf_tree_py.core.times import Stamps
@@ -273,7 +273,7 @@ def _turns_at_constant_rates(history: History, begins: Stamps, ends: Stamps) -> 
     return turns
 
 
-def _rotations(poses: Array) -> tuple[Any, Any]:
+def _rotations(poses: Array) -> tuple[Four[Array], Four[Array]]:
     """Return rotations and their inverses, row by row, of poses (7, N)."""
     x, y, z, w = poses[3:]
     return (x, y, z, w), (-x, -y, -z, w)

@@ -4,14 +4,16 @@
 """
 Many covariances as 21 rows: the upper triangle, row by row, as in ``covariances.pack``.
 
-A row is a float or an array, all of one shape. The products are written out, because numpy is
+A row is an array, all of one shape. The products are written out, because numpy is
 fastest on long rows: a product of matrices (6, 6) costs as much as a hundred numbers of a row.
 A matrix (3, 3) has nine rows in the same way.
 """
 
-from typing import Any
+from collections.abc import Iterable
 
-Rows = tuple[Any, ...]
+from tf_tree_py.core.geometry.so3 import Array
+
+Rows = tuple[Array, ...]
 """21 rows of a covariance, or 9 of a matrix, or 3 of a vector."""
 
 
@@ -75,7 +77,7 @@ def _congruent(a: Rows, symmetric: Rows) -> Rows:
     return tuple(_dot(rows[i], columns[j]) for i in range(3) for j in range(i, 3))
 
 
-def _dot(a: Rows, b: Rows) -> Any:
+def _dot(a: Rows, b: Rows) -> Array:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -88,6 +90,6 @@ def _crossed(vector: Rows, m: Rows) -> Rows:
             x * d - y * a, x * e - y * b, x * f - y * c)
 
 
-def weighted_sum(first: Any, one: Rows, second: Any, other: Rows) -> Rows:
-    """Return the weighted sum of rows."""
+def weighted_sum(first: Array, one: Iterable[Array | float], second: Array, other: Rows) -> Rows:
+    """Return the weighted sum of rows, of which the first may be floats."""
     return tuple(first * a + second * b for a, b in zip(one, other, strict=True))

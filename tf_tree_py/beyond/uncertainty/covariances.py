@@ -11,16 +11,16 @@ order they are those of Barfoot and Furgale, "Associating Uncertainty with Three
 Poses", IEEE T-RO 30(3), 2014, in these coordinates.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 import struct
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.geometry.so3 import Array, Number, Three
 from tf_tree_py.files.facts import Bytes
 
 from .covariance_rows import product, Rows, turned, weighted_sum
@@ -57,7 +57,7 @@ SKEW = np.zeros((3, 9))
 SKEW[[0, 0, 1, 1, 2, 2], [7, 5, 2, 6, 3, 1]] = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0
 
 
-def checked_covariance(given: Any) -> Array:
+def checked_covariance(given: npt.ArrayLike) -> Array:
     """
     Return a covariance as a symmetric array (6, 6).
 
@@ -235,7 +235,7 @@ def ends_turned(ratio: Array, turn: Rows, back: Rows | None = None) -> tuple[Row
     x, y, z = turn
     angle = np.maximum(np.sqrt(x * x + y * y + z * z), _LEAST_TURN)
     u, rest = np.maximum(ratio, _LEAST_PART), np.maximum(1.0 - ratio, _LEAST_PART)
-    ends = _turn_matrices(turn, *turning(
+    ends = _turn_matrices((x, y, z), *turning(
         u, rest, 0.5 * angle, np.sin(0.5 * angle), angle, np.sin, np.cos))
     first, last = ends[:9], ends[9:]
     if back is not None:
@@ -250,8 +250,9 @@ def rows_of(array: Array) -> Rows:
     return tuple(np.ascontiguousarray(np.moveaxis(array, -1, 0)))
 
 
-def turning(u: Any, rest: Any, half: Any, sine: Any, size: Any, sin: Any,
-            cos: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+def turning(u: Number, rest: Number, half: Number, sine: Number, size: Number,
+            sin: Callable[[Number], Number], cos: Callable[[Number], Number],
+            ) -> tuple[tuple[Number, Number], tuple[Number, Number]]:
     """
     Return the matrices M0 / (1 - u) and M1 / u of ``between_rows`` as coefficients.
 
@@ -271,7 +272,7 @@ def turning(u: Any, rest: Any, half: Any, sine: Any, size: Any, sin: Any,
             (-after * sine_back / size, (1.0 - after * cos(back)) / square))
 
 
-def ends_turned_once(ratio: float, turn: so3.Quaternion) -> Rows:
+def ends_turned_once(ratio: float, turn: so3.Quaternion) -> tuple[float, ...]:
     """
     Return ``ends_turned`` for plain floats, as 18 numbers.
 
@@ -286,7 +287,8 @@ def ends_turned_once(ratio: float, turn: so3.Quaternion) -> Rows:
         ratio, 1.0 - ratio, math.atan2(sine, w), sine, sine, math.sin, math.cos))
 
 
-def _turn_matrices(turn: Rows, first: tuple[Any, Any], last: tuple[Any, Any]) -> Rows:
+def _turn_matrices(turn: Three[Number], first: tuple[Number, Number],
+                   last: tuple[Number, Number]) -> tuple[Number, ...]:
     """Return I + b [f] + c [f]^2 for two pairs (b, c) of coefficients, 18 rows."""
     x, y, z = turn
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z

@@ -22,17 +22,14 @@ import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.times import Indices, Mask
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.tree import Tree
 
 from .covariance_rows import carried, Rows
 from .covariances import rows_of, unpack
-
-Ways = npt.NDArray[np.bool_]
-Choice = npt.NDArray[np.intp]
 
 # The limit for the sum of the variances of all angles, radians^2. The error of the cubature grows
 # with the sixth power of the angle: at 5 degrees it is 2e-5 of the variance, and the error of
@@ -90,7 +87,7 @@ def _doubled(axes: Array) -> Array:
     return whole
 
 
-def _by_cubature(places: Array, covariances: Array, upwards: Ways, point: Array) -> Array:
+def _by_cubature(places: Array, covariances: Array, upwards: Mask, point: Array) -> Array:
     """
     Return the covariance from points for the rotations, and formulas for the translations.
 
@@ -113,7 +110,7 @@ def _by_cubature(places: Array, covariances: Array, upwards: Ways, point: Array)
     return np.asarray(covariance)
 
 
-def _rotated(rest: Array, rotations: Array, upwards: Ways) -> Array:
+def _rotated(rest: Array, rotations: Array, upwards: Mask) -> Array:
     """
     Return the mean of Q S Q^T for rests S (E, 3, 3), to fourth order in the errors.
 
@@ -133,7 +130,7 @@ def _rotated(rest: Array, rotations: Array, upwards: Ways) -> Array:
     return np.asarray(rest + turned + 0.5 * both - trace * rest)
 
 
-def _by_draws(places: Array, covariances: Array, upwards: Ways, point: Array) -> Array:
+def _by_draws(places: Array, covariances: Array, upwards: Mask, point: Array) -> Array:
     """
     Return the second moment of 4,096 fixed draws, in pairs of opposite ones.
 
@@ -147,8 +144,8 @@ def _by_draws(places: Array, covariances: Array, upwards: Ways, point: Array) ->
     return np.asarray(errors @ errors.T / draws.shape[-1])
 
 
-def _moved(places: Array, errors: Array, upwards: Ways, point: Array,
-           chosen: Choice | None = None) -> Array:
+def _moved(places: Array, errors: Array, upwards: Mask, point: Array,
+           chosen: Indices | None = None) -> Array:
     """
     Return how far errors move and rotate a point, by the exact composition.
 
@@ -158,11 +155,10 @@ def _moved(places: Array, errors: Array, upwards: Ways, point: Array,
     :return: (6, K)
     """
     signs = np.where(upwards, -1.0, 1.0)[:, None]
-    turns: Any = np.array(so3.exp_columns(*(signs * errors[:, 3 + axis] for axis in range(3))))
-    matrices: Any = np.array(so3.as_matrix(turns))
-    moved: Any = point[:, None]
-    turn: Any
-    turned: Any = None
+    turns = np.array(so3.exp_columns(*(signs * errors[:, 3 + axis] for axis in range(3))))
+    matrices = np.array(so3.as_matrix(tuple(turns)))
+    moved = point[:, None]
+    turned: tuple[Any, ...] = ()
     for number in reversed(range(len(places))):
         turn, matrix, shift = (
             part if chosen is None else part.take(chosen[number], axis=-1)
@@ -172,13 +168,13 @@ def _moved(places: Array, errors: Array, upwards: Ways, point: Array,
             moved = np.einsum('ijk,jk->ik', matrix, moved - place - shift) + place
         else:
             moved = np.einsum('ijk,jk->ik', matrix, moved - place) + (place + shift)
-        turned = turn if turned is None else so3.multiply(turn, turned)
+        turned = so3.multiply(tuple(turn), turned) if turned else tuple(turn)
     vectors = np.stack(so3.log_columns(*turned))
     return np.concatenate([moved - point[:, None], vectors])
 
 
 @lru_cache(maxsize=16)
-def _cubature(edges: int) -> tuple[Array, Choice, Array]:
+def _cubature(edges: int) -> tuple[Array, Indices, Array]:
     """
     Return a formula for normal deviates, three of each edge, that is exact to the fifth degree.
 
@@ -293,12 +289,13 @@ def placed(steps: Sequence[Step], poses: Iterable[Array],
     if not known:
         return None
     edges, each, parents, children = zip(*known, strict=True)
-    first, second, third = so3.as_matrix(_rows(parents)[3:])
+    x, y, z, w = _rows(parents)[3:]
+    first, second, third = so3.as_matrix((x, y, z, w))
     return Errors(list(edges), (*first, *second, *third), _rows(children)[:3],
                   tuple(np.stack(each, axis=1)))
 
 
-def _rows(poses: Sequence[Array]) -> Any:
+def _rows(poses: Sequence[Array]) -> Rows:
     """Return poses of each edge, (N, 7) or (1, 7), as seven rows (E, N)."""
     return rows_of(np.stack(np.broadcast_arrays(*poses)))
 
