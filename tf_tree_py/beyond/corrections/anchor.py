@@ -13,7 +13,7 @@ previous estimate, in the convention of ``uncertainty.covariances``.
 from bisect import bisect_right
 import math
 import operator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.core.errors import InvalidArgumentException
@@ -22,6 +22,7 @@ from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.times import Indices
 
 from .blend import BlendLimits
 from .correction import Correction
@@ -342,7 +343,8 @@ def _spread_over(lever: Array, drift: Array) -> Array:
     return np.asarray((drift + 4.0 * middle + end) / 6.0)
 
 
-def _filtered(before: Array, noise: Array, off: Array, seen: Any) -> tuple[Array, Array, float]:
+def _filtered(before: Array, noise: Array, off: Array,
+              seen: Indices) -> tuple[Array, Array, float]:
     """
     Return the step of a Kalman filter that measures some coordinates; the others are certain.
 

@@ -11,10 +11,13 @@ perpendicular to that line is stopped and reversed by the same law. So a change 
 during a blend only changes the goal: value and rate stay continuous.
 """
 
+from collections.abc import Callable
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-Vector6 = tuple[float, float, float, float, float, float]
+from tf_tree_py.core.geometry.so3 import Number, Six
+
+Vector6 = Six[float]
 
 ZERO: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -122,12 +125,13 @@ class Course(NamedTuple):
 STANDING = Course(ZERO, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def way(seconds: Any, course: Any, lesser: Any = min, greater: Any = max) -> Any:
+def way(seconds: Number, course: Six[Number], lesser: Callable[[Number, Number], Number],
+        greater: Callable[[Number, Number | float], Number]) -> Number:
     """
     Return the distance of a course along its line after some seconds.
 
     :param course: a ``Course`` without its line; or the columns of many.
-    :param lesser: ``np.minimum`` for arrays; ``greater``: ``np.maximum``.
+    :param lesser: ``min``, or ``np.minimum`` for arrays; ``greater``: ``max``, or ``np.maximum``.
     """
     wait, rate, first, cruise_rate, cruise, last = course
     passed = seconds - wait

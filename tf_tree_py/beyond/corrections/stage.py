@@ -12,24 +12,25 @@ the child's motion.
 
 from array import array
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 from typing import Any, cast, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from tf_tree_py import screws
 from tf_tree_py.core.errors import InvalidArgumentException, no_truth
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
+from tf_tree_py.core.geometry.so3 import Array, Number, Quaternion, Six, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
-from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.times import Mask, Stamps
 from tf_tree_py.files.facts import Arrays, Facts, Saved
 
-from .blend import AT_REST, Course, Plan, Scale, STANDING, Vector6, way
+from .blend import AT_REST, Course, Plan, Scale, STANDING, way
 
 ORIGIN = (0.0, 0.0, 0.0)
+# The parts of one ``Course``, or of many.
+_Course = tuple[Six[Number], Number, Number, Number, Number, Number, Number]
 
 # Some years before the last stamp, where floats of nanoseconds are a microsecond apart.
 _LAST = 0.99 * FOREVER
@@ -89,10 +90,9 @@ class Stage(NamedTuple):
 
     def offset_at(self, stamp: int) -> tuple[float, float, float, Quaternion]:
         """Return d and Q at a stamp of the blend."""
-        dx, dy, dz, *turned = _gone(self._seconds(stamp), *self.plan[:2], min, max)
+        gone = _gone(self._seconds(stamp), *self.plan[:2], min, max)
         x, y, z = self.shift
-        return (x + dx, y + dy, z + dz,
-                so3.multiply(so3.exp((turned[0], turned[1], turned[2])), self.turn))
+        return (x + gone[0], y + gone[1], z + gone[2], so3.multiply(so3.exp(gone[3:]), self.turn))
 
     def rates_at(self, stamp: int) -> tuple[Vector3, Vector3]:
         """Return the rate of d and the angular velocity of Q at a stamp, in the parent's axes."""
@@ -137,7 +137,9 @@ def stage_of(begin: int, motion: PoseTuple, about: Vector3, offset: PoseTuple,
     return Stage(begin, begin + math.ceil(span), motion, about, offset[3:], offset[:3], plan)
 
 
-def _gone(seconds: Any, main: Any, aside: Any, lesser: Any, greater: Any) -> Any:
+def _gone(seconds: Number, main: _Course[Number], aside: _Course[Number],
+          lesser: Callable[[Number, Number], Number],
+          greater: Callable[[Number, Number | float], Number]) -> Six[Number]:
     """Return the change of d so far, and the rotation vector of the change of Q."""
     far, (a, b, c, d, e, f) = way(seconds, main[1:], lesser, greater), main[0]
     if aside is STANDING:
@@ -219,7 +221,7 @@ class Stages:
             poses[fading] = _changed(poses[fading], rows[fading], seconds[fading], -1.0)
         return se3.compose_many(se3.inverse_many(rows[:, _MOTION]), poses)
 
-    def _rows_at(self, stamps: Stamps) -> tuple[npt.NDArray[np.bool_], Array, Array]:
+    def _rows_at(self, stamps: Stamps) -> tuple[Mask, Array, Array]:
         """Return whether each stamp is in a blend, its row, and the seconds since its start."""
         which = np.maximum(np.searchsorted(self._begins, stamps, side='left') - 1, 0)
         # An array cannot grow while numpy has a view of it, so this function returns only copies.
@@ -277,8 +279,7 @@ def _changed(poses: Array, rows: Array, seconds: Array, sign: float) -> Array:
 
 
 def _course(row: Sequence[float]) -> Course:
-    line: Vector6 = _tuple(row[:6])
-    return Course(line, *row[6:])
+    return Course(_tuple(row[:6]), *row[6:])
 
 
 def _tuple(numbers: Sequence[float]) -> Any:
