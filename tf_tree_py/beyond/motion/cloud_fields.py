@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry.so3 import Array
 
 POINT = ('x', 'y', 'z')
 
@@ -25,7 +26,7 @@ def point_count(cloud: Any) -> int:
     return int(cloud.height * cloud.width)
 
 
-def points_of(cloud: Any, every: int = 1) -> npt.NDArray[Any]:
+def points_of(cloud: Any, every: int = 1) -> npt.NDArray[np.floating]:
     """
     Return a copy of the coordinates, row by row.
 
@@ -38,13 +39,13 @@ def points_of(cloud: Any, every: int = 1) -> npt.NDArray[Any]:
     return np.stack([column.reshape(-1)[::every] for column in columns], axis=1, dtype=kind)
 
 
-def write_points(cloud: Any, points: npt.NDArray[Any]) -> None:
+def write_points(cloud: Any, points: npt.NDArray[np.floating]) -> None:
     """Overwrite the coordinates of a cloud by (N, 3), row by row, in place."""
     for column, values in zip(float_columns(cloud, POINT), points.T, strict=True):
         column[:] = values.reshape(column.shape)
 
 
-def float_columns(cloud: Any, names: Sequence[str]) -> list[npt.NDArray[Any]]:
+def float_columns(cloud: Any, names: Sequence[str]) -> list[npt.NDArray[np.number]]:
     """
     Return ``field_column`` of several fields, which must have a floating type.
 
@@ -61,7 +62,7 @@ def float_columns(cloud: Any, names: Sequence[str]) -> list[npt.NDArray[Any]]:
     return columns
 
 
-def field_column(cloud: Any, name: str) -> npt.NDArray[Any]:
+def field_column(cloud: Any, name: str) -> npt.NDArray[np.number]:
     """
     Return a view of one field of all points: writing to it changes the cloud.
 
@@ -84,26 +85,24 @@ def field_column(cloud: Any, name: str) -> npt.NDArray[Any]:
         raise InvalidArgumentException(
             f'The field {name!r} of the cloud begins at byte {field.offset} and does not fit '
             f'into a point of {cloud.point_step} bytes')
-    rows, columns, row_step = _grid(cloud)
+    rows, columns, row_step = _grid(cloud.height, cloud.width, cloud.point_step, cloud.row_step,
+                                    len(cloud.data))
     return np.ndarray((rows, columns), kind, cloud.data, field.offset,
                       (row_step, cloud.point_step))
 
 
-def _grid(cloud: Any) -> tuple[int, int, int]:
+def _grid(height: int, width: int, step: int, row_step: int, size: int) -> tuple[int, int, int]:
     """Return rows, columns, and bytes from row to row; one row where there is no padding."""
-    height, width, point_step = cloud.height, cloud.width, cloud.point_step
-    row_step = width * point_step if height == 1 else cloud.row_step
-    if row_step < width * point_step or len(cloud.data) < (height - 1) * row_step + (
-            width * point_step):
+    least = width * step
+    used = least if height == 1 else row_step
+    if used < least or size < (height - 1) * used + least:
         raise InvalidArgumentException(
-            f'The cloud declares {height} x {width} points of {point_step} bytes, in '
-            f'rows of {cloud.row_step} bytes, and has {len(cloud.data)} bytes of data')
-    if row_step == width * point_step:
-        return 1, height * width, row_step
-    return height, width, row_step
+            f'The cloud declares {height} x {width} points of {step} bytes, in '
+            f'rows of {row_step} bytes, and has {size} bytes of data')
+    return (1, height * width, used) if used == least else (height, width, used)
 
 
-def scan_points(scan: Any) -> npt.NDArray[np.float64]:
+def scan_points(scan: Any) -> Array:
     """Return the end point of each ray: (N, 3), NaN where it is invalid."""
     given = np.array(scan.ranges, dtype=np.float32)
     # Both in single precision: otherwise a range of exactly range_max would not count.

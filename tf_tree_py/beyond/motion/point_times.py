@@ -21,6 +21,7 @@ import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.messages.sample import message_stamp
 from tf_tree_py.core.stamp import format_span, from_seconds, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.times import Mask, Stamps
 
 from .cloud_fields import field_column
 
@@ -57,8 +58,8 @@ class PointTimes(NamedTuple):
     :ivar doubt: why the times are coarse, and what to do; '' if they are not.
     """
 
-    stamps: npt.NDArray[np.int64]
-    valid: npt.NDArray[np.bool_]
+    stamps: Stamps
+    valid: Mask
     field: str
     unit: str
     origin: int
@@ -68,7 +69,7 @@ class PointTimes(NamedTuple):
 
 def point_times(cloud: Any, field: str | None = None, unit: str | float | None = None,
                 origin: int | None = None,
-                points_valid: npt.NDArray[np.bool_] | None = None, every: int = 1) -> PointTimes:
+                points_valid: Mask | None = None, every: int = 1) -> PointTimes:
     """
     Return when each point of a cloud was taken.
 
@@ -84,7 +85,7 @@ def point_times(cloud: Any, field: str | None = None, unit: str | float | None =
         to the cloud's stamp, or a type that is too coarse for them.
     """
     given = None if unit is None else _size_of(unit)
-    name = _time_field(cloud) if field is None else field
+    name = _time_field([each.name for each in cloud.fields]) if field is None else field
     values = field_column(cloud, name).reshape(-1)[::every]
     values = values.astype(values.dtype.newbyteorder('='))
     valid = np.isfinite(values)
@@ -124,13 +125,12 @@ def _size_of(unit: str | float) -> tuple[str, int]:
         f'unit is one of {", ".join(UNITS)}, or a number of seconds up to 60, not {unit!r}')
 
 
-def _step(kind: np.dtype[Any], value: Any) -> float:
+def _step(kind: np.dtype[np.number], value: float) -> float:
     """Return the distance of a floating type's numbers around a value; 0 for integers."""
-    return float(np.spacing(kind.type(value))) if kind.kind == 'f' else 0.0
+    return float(np.spacing(np.asarray(value, kind))) if kind.kind == 'f' else 0.0
 
 
-def _time_field(cloud: Any) -> str:
-    names = [field.name for field in cloud.fields]
+def _time_field(names: Sequence[str]) -> str:
     for name in FIELDS:
         if name in names:
             return name
@@ -139,7 +139,7 @@ def _time_field(cloud: Any) -> str:
         f'({", ".join(names)}). If another field holds the times, pass its name')
 
 
-def _inferred_unit(first: Any, last: Any, step: float, name: str, stamp: int,
+def _inferred_unit(first: float, last: float, step: float, name: str, stamp: int,
                    limits: Sequence[tuple[str, float]]) -> str:
     for unit, size in UNITS.items():
         if stamp > _CALENDAR and _is_near(first * size, last * size, step * size, stamp):
@@ -148,18 +148,18 @@ def _inferred_unit(first: Any, last: Any, step: float, name: str, stamp: int,
     return next(unit for unit, limit in limits if extent < limit or limit == math.inf)
 
 
-def _is_absolute(last: Any, name: str, stamp: int) -> bool:
+def _is_absolute(last: float, name: str, stamp: int) -> bool:
     """Return whether times, nanoseconds, count from the clock's zero and not from the header."""
     # If the clock has just started, both are near the stamp: then the name decides.
     return bool((stamp > _CALENDAR or name == 'timestamp') and abs(last - stamp) < abs(last))
 
 
-def _is_near(first: Any, last: Any, step: float, stamp: int) -> bool:
+def _is_near(first: float, last: float, step: float, stamp: int) -> bool:
     # FLOAT32 seconds since 1970 have steps of 128 s: near ones must be recognised, to be refused.
     return bool(max(abs(first - stamp), abs(last - stamp)) < _TOO_FAR + step)
 
 
-def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any, step: float,
+def _check_distance(name: str, unit: str, origin: int, first: float, last: float, step: float,
                     stamp: int) -> None:
     if not _is_near(origin + first, origin + last, step, stamp):
         begins = format_span(int(origin + first - stamp))
@@ -169,7 +169,7 @@ def _check_distance(name: str, unit: str, origin: int, first: Any, last: Any, st
             'moment, such as the start of the sensor, pass the stamp of that moment as origin')
 
 
-def _doubt(name: str, kind: str, unit: str, value: Any, step: float) -> str:
+def _doubt(name: str, kind: str, unit: str, value: float, step: float) -> str:
     if step <= _COARSE_STEP:
         return ''
     return (f'The field {name!r} is {kind} and holds {value:.10g}, read as {unit}: around this '
@@ -177,7 +177,7 @@ def _doubt(name: str, kind: str, unit: str, value: Any, step: float) -> str:
             'points. Let the driver write FLOAT64, or times relative to the stamp of the cloud')
 
 
-def _as_nanoseconds(values: npt.NDArray[Any], size: int) -> npt.NDArray[np.int64]:
+def _as_nanoseconds(values: npt.NDArray[np.number], size: int) -> Stamps:
     if values.dtype.kind != 'f':
         return values.astype(np.int64) * size
     # The integer part is converted separately, so that a time since 1970 loses no digits here.

@@ -20,6 +20,7 @@ from geometry_msgs.msg import (
     TransformStamped,
 )
 from nav_msgs.msg import Odometry, Path
+import numpy as np
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2
 from tf_tree_py.beyond.motion.cloud_fields import points_of
@@ -41,7 +42,7 @@ _POSES: Mapping[type, Callable[[Any], se3.PoseTuple]] = {
     Pose: lambda pose: pose,
 }
 
-_POINTS: Mapping[type, Callable[[Any], Array]] = {
+_POINTS: Mapping[type, Callable[[Any], npt.NDArray[np.floating]]] = {
     Polygon: lambda message: points_array(message.points),
     PolygonStamped: lambda message: points_array(message.polygon.points),
     PolygonInstance: lambda message: points_array(message.polygon.points),
