@@ -41,7 +41,7 @@ class FramedPoints(Generic[Source]):
     frame: Source
     points: npt.ArrayLike
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Array:
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> Array:
         """Return the points as an array for numpy, which does not check names."""
         return np.array(self.points, dtype=float if dtype is None else dtype)
 
@@ -68,7 +68,7 @@ class FramedPose(Generic[Target, Source]):
     @overload
     def __matmul__(self, other: npt.ArrayLike) -> Array: ...
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: Any) -> object:
         """
         Compose with a pose, or transform points to the target; plain points are not checked.
 
@@ -94,7 +94,7 @@ class FramedPose(Generic[Target, Source]):
 
     __array_ufunc__ = None  # numpy passes `array @ framed` to Python, which raises an error
 
-    def _mismatch(self, other: 'FramedPose[Any, Any]') -> str:
+    def _mismatch(self, other: 'FramedPose[Source, Other]') -> str:
         if self.target_frame == other.target_frame:
             meant = '; did you mean the inverse of the left one?'
         elif self.source_frame == other.source_frame:

@@ -10,12 +10,10 @@ that the edge may stop within half a second.
 """
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import math
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from tf_tree_py import screws
 from tf_tree_py.core.edges.packed import POSE_FLOATS
 from tf_tree_py.core.edges.protocol import MovingHistory
@@ -23,7 +21,7 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING, from_seconds, NANOSECONDS_PER_SECOND
-from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.times import Indices, Stamps
 from tf_tree_py.screws import Twist
 
 Limits = Sequence[float]
@@ -35,7 +33,7 @@ _TO_STOP = 1.0 / 0.5
 _UNIFORM = 1.0 / math.sqrt(3.0)
 
 
-def checked_limits(given: Any) -> dict[str, Limits]:
+def checked_limits(given: Mapping[str, Limits] | None) -> dict[str, Limits]:
     """
     Return a caller's limits by child frame.
 
@@ -206,7 +204,7 @@ def _one_in_each_cell(history: MovingHistory, begin: int, end: int) -> tuple[Sta
     return times, np.asarray(columns.poses).reshape(-1, POSE_FLOATS)[newest]
 
 
-def _changes(values: Stamps) -> npt.NDArray[np.intp]:
+def _changes(values: Stamps) -> Indices:
     """Return the indices of the first value, and of those that differ from the one before."""
     return np.flatnonzero(np.append(True, values[1:] != values[:-1])[:len(values)])
 

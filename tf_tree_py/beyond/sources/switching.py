@@ -10,7 +10,7 @@ Several sources of one edge in a live buffer: inserting, switching between them,
 from collections.abc import Sequence
 import math
 import operator
-from typing import Any
+from typing import SupportsIndex
 
 from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
 from tf_tree_py.core.errors import InvalidArgumentException
@@ -30,7 +30,7 @@ DEFAULT_WINDOW = from_seconds(1.0)
 DEFAULT_STEADY = from_seconds(2.0)
 
 
-def checked_source(source: Any) -> str:
+def checked_source(source: object) -> str:
     """
     Return the name of a caller's source.
 
@@ -55,7 +55,7 @@ def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int, li
                 tuple(prefer), _span('steady', steady))
 
 
-def _span(name: str, given: Any) -> int:
+def _span(name: str, given: SupportsIndex) -> int:
     try:
         span = operator.index(given)
     except TypeError:
@@ -66,7 +66,7 @@ def _span(name: str, given: Any) -> int:
     return span
 
 
-def _gate(given: Any) -> tuple[float, float] | None:
+def _gate(given: tuple[float, float] | None) -> tuple[float, float] | None:
     if given is None:
         return None
     try:
