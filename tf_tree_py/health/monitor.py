@@ -6,7 +6,6 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from .checks.finding import Finding, Severity
 from .doctor import Doctor
@@ -36,7 +35,7 @@ class Watched:
         """Return the severity of the worst finding; None without findings."""
         return self.findings[0].severity if self.findings else None
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the edge as plain data, always with the same keys."""
         severity = self.severity
         return {**self.signs.as_dict(), 'rate_hz': self.rate_hz,

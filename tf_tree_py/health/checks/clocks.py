@@ -4,7 +4,6 @@
 """Checks that recognise wrong or different clocks by the stamps."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from tf_tree_py.core.messages.incidents import is_ambiguous
@@ -220,7 +219,7 @@ def clock_offset(case: Case) -> Iterator[Remark]:
             yield _of_groups(edges, behind)
 
 
-def _of_computation(case: Case, edges: Sequence[_Late]) -> dict[str, Any]:
+def _of_computation(case: Case, edges: Sequence[_Late]) -> dict[str, object]:
     """Return what differs if the computation of each sample may take that long."""
     late = {edge for edge, _ in edges}
     senders = {name for edge, _ in edges for name in edge.authorities}
@@ -288,7 +287,7 @@ def future_stamps(case: Case) -> Iterator[Remark]:
                             **_of_simulation(case, len(edges)))
 
 
-def _of_simulation(case: Case, edges: int) -> dict[str, Any]:
+def _of_simulation(case: Case, edges: int) -> dict[str, object]:
     """Return what differs if the clock of the arrivals is a simulation's."""
     if not case.recorded_in_simulation:
         return {}
@@ -377,7 +376,7 @@ def _alike(case: Case, wanted: Callable[[EdgeRecord, Delays], bool]) -> list[lis
 
 
 def _of_clock(edges: Sequence[EdgeRecord], summary: str, evidence: dict[str, float],
-              **more: Any) -> Remark:
+              **more: object) -> Remark:
     """Return a remark on edges of one clock."""
     besides = len(edges) - 1
     others = f' and {besides} more edge{"s" * (besides > 1)} are' if besides else ' is'

@@ -7,7 +7,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 import math
-from typing import Any
 
 Number = int | float
 
@@ -70,7 +69,7 @@ class Finding:
         return (other.code in explains and self.severity.rank <= other.severity.rank
                 and bool(other.edges) and {*other.edges} <= {*self.edges})
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """
         Return the finding as plain data, always with the same keys.
 

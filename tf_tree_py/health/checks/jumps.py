@@ -5,7 +5,6 @@
 
 from collections.abc import Iterator
 from math import degrees
-from typing import Any
 
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
 from tf_tree_py.core.text import times
@@ -89,7 +88,7 @@ def too_fast(case: Case) -> Iterator[Remark]:
                 **_ROTOR if _is_rotor(moving) else {})
 
 
-_ROTOR: dict[str, Any] = {
+_ROTOR: dict[str, object] = {
     'severity': Severity.NOTE,
     'cause': 'a rotor or a wheel that turns by a large part of a turn from one sample to the '
              'next: then these samples do not show how fast it turns; or degrees sent as radians',
@@ -172,7 +171,7 @@ def _evidence(jump: Jump) -> dict[str, Number]:
             'gone_m': jump.gone, 'turned_deg': degrees(jump.turned)}
 
 
-def _of_localiser(case: Case, edge: EdgeRecord) -> dict[str, Any]:
+def _of_localiser(case: Case, edge: EdgeRecord) -> dict[str, object]:
     # Odometry, too, may be slower than the wheels, which are all that is below it.
     if not (case.is_correction(edge) and any(
             below.parent == edge.child and _may_be_a_robot(case, below, moving)

@@ -5,7 +5,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 import math
-from typing import Any
 
 import numpy as np
 from tf_tree_py.core.stamp import (
@@ -129,7 +128,7 @@ def _may_pause(case: Case) -> bool:
 
 
 def _out_of_view(case: Case, edge: EdgeRecord, column: int, begin: float,
-                 end: float) -> dict[str, Any]:
+                 end: float) -> dict[str, object]:
     """
     Return what differs if only this edge's tag was out of view, from one time to another.
 

@@ -5,7 +5,6 @@
 
 from collections.abc import Collection, Iterator
 from math import degrees
-from typing import Any
 
 from tf_tree_py.core.stamp import format_span, from_seconds
 from tf_tree_py.core.text import times
@@ -48,7 +47,7 @@ def static_republished(case: Case) -> Iterator[Remark]:
             **_RESTS if may_rest else {})
 
 
-_RESTS: dict[str, Any] = {
+_RESTS: dict[str, object] = {
     'severity': Severity.NOTE,
     'cause': 'a joint, a robot or a localiser at rest; or a calibration that is sent like them',
     'fix': 'nothing to do, if it can move; if not, send it once on /tf_static'}
@@ -80,7 +79,7 @@ def static_changed(case: Case) -> Iterator[Remark]:
                  'turned_deg': degrees(fixed.turned)}, **_TWO_VALUES if at_once else {})
 
 
-_TWO_VALUES: dict[str, Any] = {
+_TWO_VALUES: dict[str, object] = {
     'cause': 'two nodes send it, such as robot_state_publisher and a static_transform_publisher; '
              'or one node keeps an old value for those who join late, and sends it with the new',
     'fix': 'send it from one node, with one value: which value counts depends on which message '

@@ -5,7 +5,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
@@ -262,7 +261,7 @@ class Symptoms:
     publishers: tuple[str, ...]
     refused: int
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the measurements as plain data."""
         return {**asdict(self), 'publishers': list(self.publishers)}
 

@@ -4,7 +4,7 @@
 """Quantiles of a stream of numbers, in little memory."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,10 @@ from tf_tree_py.core.geometry.so3 import Array
 # At least this many rows are kept, if there are as many, and at most twice as many.
 _KEPT = 128
 _GOLDEN = 0.6180339887498949
+_Kind = TypeVar('_Kind', bound=np.number)
 
 
-class Sampled:
+class Sampled(Generic[_Kind]):
     """
     About every n-th row of a stream, evenly over all time; n doubles as the stream grows.
 
@@ -31,7 +32,7 @@ class Sampled:
 
     __slots__ = ('count', 'kept', '_every', '_places')
 
-    def __init__(self, empty: npt.NDArray[Any]) -> None:
+    def __init__(self, empty: npt.NDArray[_Kind]) -> None:
         """
         Begin without rows.
 
@@ -43,7 +44,7 @@ class Sampled:
         # The places of the kept rows in the stream, as multiples of the golden ratio, modulo one.
         self._places: Array = np.empty(0)
 
-    def add(self, rows: npt.NDArray[Any]) -> None:
+    def add(self, rows: npt.NDArray[np.number]) -> None:
         """Take (N, ...) rows, in order."""
         places = np.arange(self.count, self.count + len(rows)) * _GOLDEN % 1.0
         self.count += len(rows)
