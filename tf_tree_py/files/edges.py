@@ -251,7 +251,7 @@ def load_interpolation(saved: Saved) -> Interpolation:
     if kind is None:
         raise ValueError(f'it contains an edge with the interpolation {name!r}, which is not '
                          'defined here: import the module that defines it first')
-    load: Callable[[Saved], Any] | None = getattr(kind, 'load', None)
+    load = getattr(kind, 'load', None)
     data = saved.part('data')
     try:
         return checked_interpolation(kind() if load is None else load(data))

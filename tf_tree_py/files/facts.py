@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from tf_tree_py.core.geometry.so3 import Array
 
 Bytes = bytes | bytearray | memoryview
-Facts = dict[str, Any]
+Facts = dict[str, object]
 
 # The alignment of the beginning of each array, bytes, which is sufficient for all numbers.
 ALIGNMENT = 8
@@ -33,7 +33,8 @@ class Arrays:
     def __init__(self) -> None:
         self.parts: list[Bytes] = []
 
-    def add(self, values: 'array[Any] | memoryview[Any] | Array') -> None:
+    def add(self, values: 'array[int] | array[float] | memoryview[int] | memoryview[float] | Array'
+            ) -> None:
         """Add an array, which must not change until it is written."""
         data = memoryview(values)
         if data.nbytes:  # an empty memory view cannot be cast

@@ -66,7 +66,7 @@ def saved_tree(tree: Tree, *, checksum: bool = False) -> SavedTree:
     :raises TreeFileError: a history that files cannot contain.
     """
     arrays = Arrays()
-    facts = {
+    facts: Facts = {
         'byte_order': sys.byteorder, 'cache_time': tree.cache_time,
         'max_frames': tree.max_frames, 'max_name_bytes': tree.max_name_bytes,
         'frames': list(tree.frames),

@@ -8,7 +8,7 @@ The messages of the last seconds, and the last static ones, are kept in limited 
 """
 
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 import json
@@ -16,7 +16,6 @@ import os
 from pathlib import Path
 import re
 import threading
-from typing import Any
 
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException, TreeFileError
@@ -184,7 +183,7 @@ class Happened:
     summary: str
     stamp: int = 0
     frames: tuple[str, ...] = ()
-    findings: Sequence[dict[str, Any]] = field(default=())
+    findings: Sequence[Mapping[str, object]] = field(default=())
 
 
 Notify = Callable[[Happened, Path | None, str], None]

@@ -23,7 +23,7 @@ import os
 from pathlib import Path, PurePath
 import sys
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException
@@ -164,7 +164,7 @@ class LookupAudit(Observer):
         self._buffer = buffer
         self._now = now
         self._lock = fork_locks.lock()
-        self._lines: dict[tuple[Any, ...], Line] = {}
+        self._lines: dict[tuple[object, ...], Line] = {}
 
     # --- feeding
 

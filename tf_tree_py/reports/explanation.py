@@ -11,7 +11,6 @@ no answer, the reason in words for the operator of a robot.
 from dataclasses import dataclass
 from itertools import islice
 from math import degrees
-from typing import Any
 
 import numpy as np
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
@@ -90,7 +89,7 @@ class Certainty:
         """Return the standard deviation of the rotation about its worst axis, radians."""
         return _worst(self.covariance[3:, 3:])
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return it as plain data."""
         return {'sigma_m': self.position_sigma, 'sigma_deg': degrees(self.rotation_sigma),
                 'covariance': self.covariance.tolist(),
@@ -209,7 +208,7 @@ class Explanation:
         moving = [edge for edge in self.edges if not edge.info.static]
         return min(moving, key=lambda edge: edge.info.latest, default=None)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return it as plain data, always with the same keys; stamps are nanoseconds."""
         return {
             'target': self.target, 'source': self.source, 'asked': self.asked,
@@ -223,7 +222,7 @@ class Explanation:
         }
 
 
-def _plain(edge: ExplainedEdge) -> dict[str, Any]:
+def _plain(edge: ExplainedEdge) -> dict[str, object]:
     return {**edge.info._asdict(), 'rate_hz': edge.rate_hz, 'age': edge.age,
             'around': list(edge.around), 'gap': edge.gap, 'gone_m': edge.gone,
             'turned_rad': edge.turned, 'lacks': edge.lacks}

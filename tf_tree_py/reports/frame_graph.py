@@ -5,7 +5,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tf_tree_py.core.stamp import ANOTHER_CLOCK, format_span, is_silent, LATEST
 from tf_tree_py.core.text import listed
@@ -89,7 +89,7 @@ class FrameGraph:
                   f'{format_span(edge.silence)}' for edge in self.edges if edge.stale]
         return found
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the graph as plain data, always with the same keys."""
         return {
             'frames': list(self.frames), 'roots': list(self.roots),
