@@ -7,10 +7,11 @@ Convert messages with observations to numbers, those of rclpy as well as of rosb
 Observations in a bag are read without ROS: from topics, and from frames on /tf.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from tf_tree_py.bag import Bag, Recording
 from tf_tree_py.bag.files.message_source import decode
 from tf_tree_py.core import TransformException
@@ -106,59 +107,45 @@ def _numbers(pose: Any) -> tuple[float, ...]:
     return (p.x, p.y, p.z, q.x / length, q.y / length, q.z / length, q.w / length)
 
 
-def _pose(message: Any) -> Iterator[Detection]:
-    yield Detection(message_stamp(message), message.header.frame_id, '', _numbers(message.pose))
+def _seen(message: Any, target: str, seen: tuple[float, ...],
+          covariance: npt.ArrayLike | None = None) -> Detection:
+    return Detection(message_stamp(message), message.header.frame_id, target, seen,
+                     None if covariance is None else np.asarray(covariance))
 
 
-def _uncertain(message: Any, target: str = '') -> Iterator[Detection]:
-    yield Detection(message_stamp(message), message.header.frame_id, target,
-                    _numbers(message.pose.pose), np.asarray(message.pose.covariance))
+def _uncertain(message: Any, target: str = '') -> Detection:
+    return _seen(message, target, _numbers(message.pose.pose), message.pose.covariance)
 
 
-def _pose_array(message: Any) -> Iterator[Detection]:
-    for number, pose in enumerate(message.poses):
-        target = '' if len(message.poses) == 1 else f'pose {number}'
-        yield Detection(message_stamp(message), message.header.frame_id, target, _numbers(pose))
-
-
-def _point(message: Any) -> Iterator[Detection]:
-    p = message.point
-    yield Detection(message_stamp(message), message.header.frame_id, '', (p.x, p.y, p.z))
-
-
-def _box(message: Any) -> Iterator[Detection]:
-    """Yield an object of vision_msgs, from its best hypothesis or its box."""
-    header = message_stamp(message), message.header.frame_id
+def _box(message: Any) -> Detection:
+    """Return an object of vision_msgs, from its best hypothesis or its box."""
     if not message.results:
-        yield Detection(*header, message.id, _numbers(message.bbox.center))
-        return
+        return _seen(message, message.id, _numbers(message.bbox.center))
     best = max(message.results, key=lambda each: each.hypothesis.score)
-    yield Detection(*header, message.id or best.hypothesis.class_id,
-                    _numbers(best.pose.pose), np.asarray(best.pose.covariance))
+    return _seen(message, message.id or best.hypothesis.class_id, _numbers(best.pose.pose),
+                 best.pose.covariance)
 
 
-def _boxes(message: Any) -> Iterator[Detection]:
-    for each in message.detections:
-        yield from _box(each)
+def _name_of(tag: npt.ArrayLike) -> str:
+    """Return the name of a tag of apriltag_ros, which may be several, or of isaac_ros_apriltag."""
+    return 'tag ' + '+'.join(map(str, np.atleast_1d(np.asarray(tag)).tolist()))
 
 
-def _tags(message: Any) -> Iterator[Detection]:
-    """Yield the tags of a message of apriltag_ros or isaac_ros_apriltag."""
-    for tag in message.detections:
-        numbers = np.atleast_1d(np.asarray(tag.id))
-        yield from _uncertain(tag.pose, 'tag ' + '+'.join(map(str, numbers.tolist())))
-
-
-_READERS: dict[str, Callable[[Any], Iterator[Detection]]] = {
-    'geometry_msgs/msg/PoseStamped': _pose,
-    'geometry_msgs/msg/PoseWithCovarianceStamped': _uncertain,
-    'geometry_msgs/msg/PoseArray': _pose_array,
-    'geometry_msgs/msg/PointStamped': _point,
-    'vision_msgs/msg/Detection3D': _box,
-    'vision_msgs/msg/Detection3DArray': _boxes,
-    'apriltag_ros/msg/AprilTagDetectionArray': _tags,
-    'isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray': _tags,
-}
+_READERS: dict[str, Callable[[Any], Iterable[Detection]]] = {
+    'geometry_msgs/msg/PoseStamped': lambda message: [
+        _seen(message, '', _numbers(message.pose))],
+    'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: [_uncertain(message)],
+    'geometry_msgs/msg/PoseArray': lambda message: [
+        _seen(message, '' if len(message.poses) == 1 else f'pose {number}', _numbers(pose))
+        for number, pose in enumerate(message.poses)],
+    'geometry_msgs/msg/PointStamped': lambda message: [
+        _seen(message, '', (message.point.x, message.point.y, message.point.z))],
+    'vision_msgs/msg/Detection3D': lambda message: [_box(message)],
+    'vision_msgs/msg/Detection3DArray': lambda message: map(_box, message.detections),
+} | dict.fromkeys(
+    ('apriltag_ros/msg/AprilTagDetectionArray',
+     'isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray'),
+    lambda message: [_uncertain(tag.pose, _name_of(tag.id)) for tag in message.detections])
 TYPES = tuple(_READERS)
 """The types of messages that carry observations."""
 

@@ -5,7 +5,6 @@
 
 from dataclasses import dataclass
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -132,7 +131,7 @@ def _in_order_and_once(stamps: Stamps, seen: Array) -> npt.NDArray[np.intp]:
     return np.asarray(order[np.concatenate([[True], ~again])])
 
 
-def _numbers(given: Any, name: str) -> Array:
+def _numbers(given: object, name: str) -> Array:
     try:
         return np.array(given, dtype=float)
     except (TypeError, ValueError):
@@ -149,7 +148,7 @@ def _unit(seen: Array) -> Array:
     return np.concatenate([seen[:, :3], seen[:, 3:] / lengths[:, None]], axis=1)
 
 
-def _checked_covariances(given: Any, count: int, size: int) -> Array | None:
+def _checked_covariances(given: object, count: int, size: int) -> Array | None:
     if given is None:
         return None
     covariances = _numbers(given, 'covariances')

@@ -321,12 +321,12 @@ class Calibration:
         }
 
 
-def _plain_edge(edge: EdgeEstimate) -> dict[str, Any]:
+def _plain_edge(edge: EdgeEstimate) -> dict[str, object]:
     return {'parent': edge.parent, 'child': edge.child, 'before': _numbers(edge.before),
             'after': _numbers(edge.after), 'covariance': edge.covariance.tolist()}
 
 
-def _plain_explanation(each: Explanation) -> dict[str, Any]:
+def _plain_explanation(each: Explanation) -> dict[str, object]:
     return {'name': each.name.value, 'criterion': each.criterion, 'misfit': each.misfit,
             'free': each.free,
             'unexplained_m': each.unexplained_m,
