@@ -6,7 +6,6 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
@@ -25,7 +24,7 @@ from tf_tree_py.core.stamp import (
     UNLIMITED,
 )
 from tf_tree_py.core.text import listed
-from tf_tree_py.core.times import checked_cache_time, checked_stamp, Stamps
+from tf_tree_py.core.times import checked_cache_time, checked_stamp, Stamp, Stamps
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.frame_names import edge_filter, FrameFilter
 from tf_tree_py.recording.errors import BagError
@@ -164,8 +163,8 @@ class Recording(Snapshot):
         self.statistics = statistics
 
 
-def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Any = None,
-             stop: Any = None, frame_prefix: str | Mapping[str, str] = '',
+def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Stamp | None = None,
+             stop: Stamp | None = None, frame_prefix: str | Mapping[str, str] = '',
              shared_frames: Collection[str] = (), frames: FrameFilter | None = None,
              cache_time: int = UNLIMITED,
              covariances: Mapping[str, Covariances] | None = None,

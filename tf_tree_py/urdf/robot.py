@@ -10,7 +10,6 @@ Links and joints form one tree: one root, one parent for each link, no loop.
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 import re
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -198,7 +197,7 @@ class Robot:
                 else np.broadcast_to(np.array(joint.origin), (*many, 7))
                 for joint in self.joints}
 
-    def _values(self, given: Any) -> Array:
+    def _values(self, given: Mapping[str, npt.ArrayLike] | npt.ArrayLike | None) -> Array:
         """Return all variables (..., columns), including those of joints that mimic others."""
         named = given if isinstance(given, Mapping) else self._named(given)
         for name in named:

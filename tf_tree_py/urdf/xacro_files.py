@@ -6,9 +6,9 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from xml.dom import expatbuilder
-from xml.dom.minidom import Element
+from xml.dom.minidom import Document, Element
 from xml.parsers import expat
 
 from .robot_xml import DescriptionError, Place
@@ -79,10 +79,10 @@ def _expanded(path: Path, arguments: dict[str, str]) -> DescriptionText:
     return DescriptionText(str(document.toprettyxml(indent='  ')), tuple(files), places)
 
 
-def _parse_with_places(text: Any, filename: str | None = None) -> Any:
+def _parse_with_places(text: bytes | str | None, filename: str | None = None) -> Document:
     """Parse as ``xacro.parse`` does, and add its file and line to each element."""
     source = filename or 'the robot description'
-    data = Path(filename).read_bytes() if text is None and filename else text
+    data = Path(source).read_bytes() if text is None else text
     try:
         return _Builder(source).parseString(data)
     except expat.ExpatError as error:
@@ -98,9 +98,10 @@ class _Builder(expatbuilder.ExpatBuilderNS):
         super().__init__()
         self._source = source
 
-    def start_element_handler(self, name: str, attributes: Any) -> None:
+    def start_element_handler(self, name: str, attributes: list[str]) -> None:
         super().start_element_handler(name, attributes)
-        element: Any = self.curNode
+        element = self.curNode
+        assert isinstance(element, Element)
         if not element.tagName.startswith('xacro:'):
             element.setAttribute(_PLACE, f'{self.getParser().CurrentLineNumber} '
                                  + self._source)

@@ -18,6 +18,7 @@ from tf_tree_py.core.messages.byte_cursor import WireError
 
 if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition
+    from rosbags.typesys.store import Typestore
 
 _TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
 _ODOMETRY = ('nav_msgs', 'Odometry')
@@ -172,7 +173,7 @@ def decode(source: MessageSource, data: bytes) -> Any:
 
 
 @cache
-def _types(ros1: bool) -> Any:
+def _types(ros1: bool) -> 'Typestore':
     from rosbags.typesys import get_types_from_msg, get_typestore, Stores
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
     for name, text in _DEFINITIONS.items():

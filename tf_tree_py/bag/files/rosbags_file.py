@@ -15,7 +15,6 @@ from importlib.metadata import version
 from pathlib import Path
 import sqlite3
 import struct
-from typing import Any
 
 import apsw
 from lz4.frame import LZ4FrameDecompressor
@@ -51,7 +50,7 @@ from .message_source import (
     VARIABLE,
 )
 from .plain_file import PlainFile
-from .unpacking import zstd
+from .unpacking import Decompressor, zstd
 
 
 def limit_chunks(reader: rosbag1.Reader) -> None:
@@ -63,7 +62,7 @@ def limit_chunks(reader: rosbag1.Reader) -> None:
             decompressor=limited.get(chunk.decompressor, chunk.decompressor))
 
 
-def _limited(make: Callable[[], Any]) -> Callable[[bytes], bytes]:
+def _limited(make: Callable[[], Decompressor]) -> Callable[[bytes], bytes]:
     def unpack(packed: bytes) -> bytes:
         limit = unpacked_limit(len(packed))
         unpacked = _unpacked(packed, make, limit)
@@ -73,14 +72,14 @@ def _limited(make: Callable[[], Any]) -> Callable[[bytes], bytes]:
     return unpack
 
 
-def _as_said(make: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
+def _as_said(make: Callable[[], Decompressor]) -> Callable[[bytes, int], bytes]:
     """Return a function that unpacks a chunk of MCAP up to the size in its header."""
     def unpack(packed: bytes, size: int) -> bytes:
         return _unpacked(packed, make, min(size, unpacked_limit(len(packed))))
     return unpack
 
 
-def _unpacked(packed: bytes, make: Callable[[], Any], limit: int) -> bytes:
+def _unpacked(packed: bytes, make: Callable[[], Decompressor], limit: int) -> bytes:
     """Unpack one or several frames, but at most one byte more than a limit."""
     parts, left = [], limit + 1
     while packed and left > 0:
@@ -93,7 +92,7 @@ def _unpacked(packed: bytes, make: Callable[[], Any], limit: int) -> bytes:
     return b''.join(parts)
 
 
-def limit_mcap(table: dict[str, Any] | None) -> None:
+def limit_mcap(table: dict[str, object] | None) -> None:
     """
     Make rosbags unpack chunks of MCAP up to the size in their headers, and a limit.
 
@@ -139,7 +138,7 @@ class RosbagsFile:
         self._scan = scan
         self.damage: list[str] = []
         reader = Reader1 if file.path.suffix == '.bag' else Reader2
-        self._reader: Any = reader(file.path)
+        self._reader: Reader1 | Reader2 = reader(file.path)
         self._reader.open()
         if isinstance(self._reader, Reader1):
             limit_chunks(self._reader)

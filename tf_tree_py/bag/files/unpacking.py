@@ -11,7 +11,6 @@ which a file ends is unpacked here, because programs of ROS 1 pack a whole chunk
 import bz2
 from collections.abc import Callable
 import sys
-from typing import Any
 
 from lz4.frame import LZ4FrameDecompressor
 
@@ -22,11 +21,12 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
-__all__ = ['Unpacker', 'unpacked_part', 'zstd']
+__all__ = ['Decompressor', 'Unpacker', 'unpacked_part', 'zstd']
 
 _ERRORS = (zstd.ZstdError, OSError, EOFError, RuntimeError, ValueError)
 
-_DECOMPRESSORS: dict[str, Callable[[], Any]] = {
+Decompressor = bz2.BZ2Decompressor | zstd.ZstdDecompressor
+_DECOMPRESSORS: dict[str, Callable[[], Decompressor]] = {
     'zstd': zstd.ZstdDecompressor, 'lz4': LZ4FrameDecompressor, 'bz2': bz2.BZ2Decompressor}
 
 # The part of a file that counts as unread is exact to this many bytes.
