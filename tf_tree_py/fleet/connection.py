@@ -14,7 +14,7 @@ from contextlib import suppress
 import logging
 import threading
 import time
-from typing import Any, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING, TypeVar
 
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     import zenoh
 
 log = logging.getLogger('tf_tree_py.fleet')
+_One = TypeVar('_One')
 
 # This many samples may wait for the thread that sorts them. Beyond that Zenoh waits, too, and the
 # router of the sender drops messages.
@@ -77,7 +78,7 @@ class WorkerThreads:
     interpreter ends first.
     """
 
-    def __init__(self, new_channel: Callable[[int], Any], failures: FailureLog) -> None:
+    def __init__(self, new_channel: Callable[[int], object], failures: FailureLog) -> None:
         """
         Begin without threads.
 
@@ -92,7 +93,8 @@ class WorkerThreads:
         """Return a handler for a declaration, from which samples are taken."""
         return self._new_channel(_WAITING)
 
-    def take_all(self, handler: Any, take: Callable[[Any], object], what: str) -> None:
+    def take_all(self, handler: 'zenoh.handlers.Handler[_One]', take: Callable[[_One], object],
+                 what: str) -> None:
         """Start a thread that takes samples until their declaration is undeclared."""
         self.start(lambda: self._take_all(handler, take), what)
 
@@ -107,7 +109,8 @@ class WorkerThreads:
         for thread in self._threads:
             thread.join()
 
-    def _take_all(self, handler: Any, take: Callable[[Any], object]) -> None:
+    def _take_all(self, handler: 'zenoh.handlers.Handler[_One]',
+                  take: Callable[[_One], object]) -> None:
         for one in _in_turn(handler):
             try:
                 take(one)
@@ -115,7 +118,7 @@ class WorkerThreads:
                 self._failures.report('tf_tree_py.fleet, in a delivery,')
 
 
-def _in_turn(handler: Any) -> Iterator[Any]:
+def _in_turn(handler: 'zenoh.handlers.Handler[_One]') -> Iterator[_One]:
     """Yield samples until their declaration is undeclared."""
     for first in handler:
         yield first
@@ -155,7 +158,6 @@ class Connection:
         self._threads = threads
         self._on_change = on_change
         self._session: Any = None
-        self._listener: Any = None
         self._transports: set[str] = set()
         self._lost_at: float | None = None
 

@@ -17,7 +17,7 @@ from contextlib import suppress
 import math
 import threading
 import time
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 from .keys import old_cache_of
 from .roster import Source
@@ -208,7 +208,7 @@ class Requests:
         return is_slow
 
 
-def _put(requests: dict[str, dict[str, Any]], request: Request) -> None:
+def _put(requests: dict[str, dict[str, Request]], request: Request) -> None:
     of_robot = requests.setdefault(request.robot, {})
     of_robot[request.selector] = request
     if len(of_robot) > max(1, min(_MOST_OF_ONE, _MOST_OF_ALL // len(requests))):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 import threading
 import time
-from typing import Any, NamedTuple, TYPE_CHECKING
+from typing import NamedTuple, TYPE_CHECKING
 
 from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.messages.sample import Sample
@@ -68,7 +68,8 @@ class RobotPublisher(Closable):
                                    zenoh.CongestionControl.BLOCK)
             # Last, so that a listener that sees the token can already receive the robot.
             token = session.liveliness().declare_token(token_of(self.robot, prefix))
-        self._declared: list[Any] = [token, self._static, self._moving]
+        self._undeclare: list[Callable[[], object]] = [
+            token.undeclare, self._static.undeclare, self._moving.undeclare]
 
     def send(self, data: bytes) -> None:
         """Send moving transforms: a TFMessage as ``core.messages.wire`` writes it."""
@@ -84,14 +85,15 @@ class RobotPublisher(Closable):
 
         This takes two seconds at most: if the router hangs, the rest happens in the background.
         """
-        declared, self._declared = self._declared, []
-        end_soon(*(one.undeclare for one in declared))
+        undeclare, self._undeclare = self._undeclare, []
+        end_soon(*undeclare)
 
 
 class _Sender:
     """A publisher that keeps its last messages, to send lost ones again; for any thread."""
 
-    def __init__(self, session: 'zenoh.Session', key: str, history: int, congestion: Any) -> None:
+    def __init__(self, session: 'zenoh.Session', key: str, history: int,
+                 congestion: 'zenoh.CongestionControl') -> None:
         """Declare it."""
         zenoh, ext = needs_zenoh(), needs_zenoh('zenoh.ext')
         self._publisher = ext.declare_advanced_publisher(

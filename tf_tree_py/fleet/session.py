@@ -10,7 +10,8 @@ import json
 import os
 from pathlib import Path
 import threading
-from typing import Any, cast, TYPE_CHECKING
+from types import ModuleType
+from typing import cast, TYPE_CHECKING
 
 from .certificates import explain
 from .ending import zenoh_call
@@ -50,13 +51,14 @@ _LISTEN_HERE = {'router': ['tcp/127.0.0.1:7447'], 'peer': ['tcp/127.0.0.1:0']}
 _WITH_PORT = ('tcp', 'tls', 'udp', 'quic', 'ws')
 
 
-def one_or_several(value: Any) -> list[Any]:
+def one_or_several(value: str | Collection[str]) -> list[str]:
     """Return an argument that may be one value or several as a list."""
-    several = isinstance(value, Collection) and not isinstance(value, str | bytes)
-    return list(value) if several else [value]
+    if isinstance(value, str | bytes) or not isinstance(value, Collection):
+        return [value]
+    return list(value)
 
 
-def needs_zenoh(module: str = 'zenoh') -> Any:
+def needs_zenoh(module: str = 'zenoh') -> ModuleType:
     """
     Import and return a module of Zenoh.
 
@@ -178,7 +180,7 @@ def end_soon(*works: Callable[[], object]) -> None:
         thread.join(CLOSE_S)
 
 
-def _set_unless_changed(config: 'zenoh.Config', key: str, value: Any) -> None:
+def _set_unless_changed(config: 'zenoh.Config', key: str, value: object) -> None:
     """Set a value that a file has left at Zenoh's default."""
     if config.get_json(key) == needs_zenoh().Config().get_json(key):
         config.insert_json5(key, json.dumps(value))

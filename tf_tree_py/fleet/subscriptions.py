@@ -3,7 +3,7 @@
 
 """A listener's subscriptions: tokens, moving and static transforms, and lost messages."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, TYPE_CHECKING
 
@@ -38,7 +38,7 @@ class Subscriptions:
         self._robots = robots
         self._key_prefix = key_prefix
         # A declaration without a reference ends.
-        self._declared: list[Any] = []
+        self._declared: list[object] = []
 
     def subscribe_tokens(self, on_token: OnToken) -> None:
         """Call back with each liveliness token's key, and whether it appeared (True) or went."""
@@ -79,7 +79,7 @@ class Subscriptions:
                 lambda miss: on_miss(source_of(miss.source), miss.nb), indirect=False))
             self._declared += [misses, subscriber]
 
-    def _keys(self, keys_of: Callable[[str], Any]) -> list[str]:
+    def _keys(self, keys_of: Callable[[str], Iterable[str]]) -> list[str]:
         return list(dict.fromkeys(key for robots in self._robots for key in keys_of(robots)))
 
 
