@@ -15,9 +15,14 @@ import math
 import os
 import shutil
 import sys
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn, TYPE_CHECKING
 
 from .endings import CANNOT, needs
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
 
 
 class CommandLine(NamedTuple):
@@ -99,7 +104,7 @@ class Parser(argparse.ArgumentParser):
 class _ShowVersion(argparse.Action):
     """Prints the version only when it is asked for, because that imports the core."""
 
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         from importlib import metadata
 
         from tf_tree_py import core
@@ -120,7 +125,8 @@ def _listed(examples: Sequence[tuple[str, str]]) -> str:
                                      for command, what in examples)])
 
 
-def add_number(where: Any, name: str, default: float | None, text: str) -> None:
+def add_number(where: argparse._ActionsContainer, name: str, default: float | None,
+               text: str) -> None:
     """
     Add an option that is a positive number; the help states its default.
 
@@ -183,7 +189,7 @@ _NARROWEST = 9
 COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
 
 
-def console(**options: Any) -> Any:
+def console(**options: Any) -> 'Console':
     """
     Return a rich ``Console`` that writes to standard output.
 
@@ -195,7 +201,8 @@ def console(**options: Any) -> Any:
     width = None if sys.stdout.isatty() or 'COLUMNS' in os.environ else _WIDTH
     made = rich.Console(highlight=False, width=width, soft_wrap=False, **options)
     made.on_broken_pipe = _leave  # rich would end the process, with the status 1
-    return made
+    typed: Console = made
+    return typed
 
 
 def _leave() -> NoReturn:
@@ -203,8 +210,8 @@ def _leave() -> NoReturn:
     raise BrokenPipeError
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
-          right: Sequence[str] = ()) -> Any:
+def table(headings: Sequence[str], rows: Sequence[Sequence['str | Text']],
+          right: Sequence[str] = ()) -> 'Table':
     """
     Return a rich ``Table`` with one line per row; the last column is shortened to fit.
 
@@ -213,7 +220,7 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
     """
     box = needs('rich.box', 'rich')
     text = needs('rich.text', 'rich')
-    made = needs('rich.table', 'rich').Table(
+    made: Table = needs('rich.table', 'rich').Table(
         box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True, padding=(0, 1, 0, 0))
     for heading in headings:
         is_last = heading == headings[-1]
@@ -225,15 +232,16 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[Any]],
     return made
 
 
-def styled(text: str, what: str) -> Any:
+def styled(text: str, what: str) -> 'Text':
     """Return rich's ``Text`` in a colour of ``COLOURS``."""
-    return needs('rich.text', 'rich').Text(shown(text), style=COLOURS[what])
+    made: Text = needs('rich.text', 'rich').Text(shown(text), style=COLOURS[what])
+    return made
 
 
-def fields(named: Mapping[str, str]) -> Any:
+def fields(named: Mapping[str, str]) -> 'Table':
     """Return texts beside their names, indented; empty texts are omitted."""
     text = needs('rich.text', 'rich')
-    grid = needs('rich.table', 'rich').Table.grid(padding=(0, 2, 0, 0))
+    grid: Table = needs('rich.table', 'rich').Table.grid(padding=(0, 2, 0, 0))
     grid.add_column(min_width=7, justify='right', style='dim')
     grid.add_column()
     for name, value in named.items():
@@ -254,11 +262,11 @@ def fits(line: str) -> bool:
     return not sys.stdout.isatty() or len(line) <= shutil.get_terminal_size().columns
 
 
-def print_json(data: Any) -> None:
+def print_json(data: object) -> None:
     """Print data as indented JSON."""
     print(json.dumps(data, indent=2, allow_nan=False))
 
 
-def print_json_line(data: Any) -> None:
+def print_json_line(data: object) -> None:
     """Print data as one line of JSON, and flush it: one record of a stream."""
     print(json.dumps(data, allow_nan=False), flush=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import importlib
 import os
 import sys
-from typing import Any
+from types import ModuleType
 
 from . import signals
 
@@ -92,7 +92,7 @@ def _give_up_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def needs(module: str, package: str) -> Any:
+def needs(module: str, package: str) -> ModuleType:
     """
     Import and return an optional module.
 

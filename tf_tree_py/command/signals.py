@@ -17,7 +17,6 @@ import select
 import signal
 import threading
 import time
-from typing import Any
 
 _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 # A signal raises an exception only if none was raised during this time: of two signals in a row,
@@ -109,7 +108,7 @@ def ignore() -> None:
     _handle(signal.SIG_IGN)
 
 
-def _handle(handler: Any) -> None:
+def _handle(handler: signal.Handlers | Callable[[int, object], object]) -> None:
     signal.set_wakeup_fd(_pipe()[1], warn_on_full_buffer=False)
     for number in _NUMBERS:
         signal.signal(number, handler)

@@ -191,11 +191,11 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:
     if len(look.rows) > room:
         yield text(f'and {len(look.rows) - room} more edges')
     for finding in findings:
-        line = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
+        begun = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
         what = listed(finding.frames, longest=60) or finding.summary
-        line.append(f'  {shown(what)}', style='none')
-        line.truncate(200)
-        yield line
+        begun.append(f'  {shown(what)}', style='none')
+        begun.truncate(200)
+        yield begun
     if len(look.findings) > _MOST_FINDINGS:
         yield text(f'and {len(look.findings) - _MOST_FINDINGS} more findings: tf_doctor')
 
