@@ -4,7 +4,7 @@
 """
 The table of layers and rooms, what lives in each, and what the files in them import.
 
-python docs/figures/house.py counts the files and the lines of each layer.
+python docs/figures/house.py counts the files, the lines and the uses of ``Any`` of each layer.
 
 ``test/house/test_walls.py`` holds the code to the table, and ``rooms.py`` draws it.
 """
@@ -13,6 +13,7 @@ import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+import re
 from typing import NamedTuple
 
 PACKAGE = Path(__file__).parents[2] / 'tf_tree_py'
@@ -124,6 +125,16 @@ def size_of(path: Path) -> Size:
     return Size(len(code), len(code & imports), len(lines))
 
 
+def anys_of(path: Path) -> int:
+    """Count the uses of ``Any`` as a type, also in annotations that are texts; no imports."""
+    nodes = [*ast.walk(ast.parse(path.read_text()))]
+    texts = [each.value for node in nodes for field in ('annotation', 'returns')
+             if isinstance(part := getattr(node, field, None), ast.AST) for each in ast.walk(part)
+             if isinstance(each, ast.Constant) and isinstance(each.value, str)]
+    return (sum(isinstance(node, ast.Name) and node.id == 'Any' for node in nodes)
+            + sum(len(re.findall(r'\bAny\b', text)) for text in texts))
+
+
 def parts(path: Path) -> tuple[str, ...]:
     """Return a file's place in the package; an ``__init__`` has that of its folder."""
     *folders, name = path.relative_to(PACKAGE).with_suffix('').parts
@@ -192,12 +203,14 @@ def graph_of_rooms(layer: str) -> dict[str, set[str]]:
 
 
 def print_sizes() -> None:
-    """Print the number of files and of lines of each layer, and the longest file."""
-    print(f'{"":14}{"files":>6}{"code":>8}{"imports":>9}{"longest":>9}')
+    """Print how many files, lines and uses of ``Any`` each layer has, and its longest file."""
+    print(f'{"":14}{"files":>6}{"code":>8}{"imports":>9}{"longest":>9}{"Any":>6}')
     for layer in [*LAYERS, '']:
-        sizes = [size_of(path) for path in files() if layer in ('', parts(path)[0])]
+        paths = [path for path in files() if layer in ('', parts(path)[0])]
+        sizes = [size_of(path) for path in paths]
         print(f'{layer or "all":14}{len(sizes):6}{sum(size.code for size in sizes):8}'
-              f'{sum(size.imports for size in sizes):9}{max(size.lines for size in sizes):9}')
+              f'{sum(size.imports for size in sizes):9}{max(size.lines for size in sizes):9}'
+              f'{sum(map(anys_of, paths)):6}')
 
 
 if __name__ == '__main__':

@@ -67,6 +67,19 @@ def test_tests_of_the_core_import_nothing_above_it():
     assert not wrong
 
 
+def anys_in_a_thousand_lines(paths):
+    return 1000 * sum(map(house.anys_of, paths)) / sum(house.size_of(path).code for path in paths)
+
+
+def test_core_and_beyond_name_their_types():
+    of_both = [path for path in house.files() if house.parts(path)[0] in ('core', 'beyond')]
+    assert anys_in_a_thousand_lines(of_both) <= 4.0
+
+
+def test_all_layers_name_most_of_their_types():
+    assert anys_in_a_thousand_lines(house.files()) <= 8.0
+
+
 def test_layers_import_only_those_below_them():
     wrong = []
     for path in house.files():
