@@ -4,7 +4,7 @@
 """Messages as numpy arrays."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import (
     Polygon,
@@ -31,6 +31,8 @@ from tf_tree_py.core.geometry.so3 import Array
 from .geometry import points_array, pose_values, transform_values
 from .point_cloud import points_of_scan
 
+Values = TypeVar('Values')
+
 _POSES: Mapping[type, Callable[[Any], se3.PoseTuple]] = {
     Transform: transform_values,
     TransformStamped: lambda message: transform_values(message.transform),
@@ -54,7 +56,7 @@ _POINTS: Mapping[type, Callable[[Any], npt.NDArray[np.floating]]] = {
 }
 
 
-def as_matrix(transform: Any) -> Array:
+def as_matrix(transform: object) -> Array:
     """
     Return a transform or a pose as a homogeneous matrix.
 
@@ -63,10 +65,10 @@ def as_matrix(transform: Any) -> Array:
     :return: (4, 4)
     :raises TypeError: something else.
     """
-    return se3.as_matrix(_found(_POSES, transform)(transform))
+    return se3.as_matrix(_read(_POSES, transform))
 
 
-def as_points(message: Any) -> npt.NDArray[Any]:
+def as_points(message: object) -> npt.NDArray[Any]:
     """
     Return the points of a message as a new array.
 
@@ -76,12 +78,11 @@ def as_points(message: Any) -> npt.NDArray[Any]:
     :return: (N, 3) metres; float64, or float32 for a cloud with such fields.
     :raises TypeError: something else.
     """
-    points: npt.NDArray[Any] = _found(_POINTS, message)(message)
-    return points
+    return _read(_POINTS, message)
 
 
-def _found(table: Mapping[type, Callable[[Any], Any]], message: Any) -> Callable[[Any], Any]:
+def _read(table: Mapping[type, Callable[[Any], Values]], message: object) -> Values:
     if type(message) not in table:
         names = ', '.join(kind.__name__ for kind in table)
         raise TypeError(f'{type(message).__name__} is none of {names}')
-    return table[type(message)]
+    return table[type(message)](message)

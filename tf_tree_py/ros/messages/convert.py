@@ -9,9 +9,9 @@ The messages that lookups do not use are in ``geometry``.
 
 from collections.abc import Callable
 from datetime import timedelta
-from typing import Any
+from typing import Any, TypeAlias
 
-from builtin_interfaces.msg import Time as TimeMessage
+from builtin_interfaces.msg import Duration as DurationMessage, Time as TimeMessage
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
@@ -26,6 +26,12 @@ from tf_tree_py.core.messages.sample import as_sec_nanosec, ImpossibleStamp, Sam
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 
 from .fast_messages import whole_maker
+
+TimeLike: TypeAlias = Time | TimeMessage
+"""A stamp: rclpy's, or a message's ``header.stamp``."""
+
+DurationLike: TypeAlias = Duration | DurationMessage
+"""A duration of rclpy, or a message's."""
 
 _ROS_TIME = ClockType.ROS_TIME.value
 _STEADY_TIME = ClockType.STEADY_TIME.value
@@ -56,7 +62,7 @@ def as_nanoseconds(time: Any, kind: type[Duration | Time] = Duration) -> int:
     return nanoseconds  # type: ignore[no-any-return]
 
 
-def _in_seconds(time: Any, kind: type[Duration | Time]) -> str:
+def _in_seconds(time: object, kind: type[Duration | Time]) -> str:
     """Return how to write a number of seconds as a ``Duration`` or a ``Time``."""
     seconds = time.total_seconds() if isinstance(time, timedelta) else time
     if isinstance(seconds, bool) or not isinstance(seconds, float | int):

@@ -18,7 +18,7 @@ from tf_tree_py.core.stamp import as_seconds, format_span, LATEST, NANOSECONDS_P
 from tf_tree_py.core.text import shorten
 from tf_tree_py.limited_log import LimitedLog
 
-from .convert import as_nanoseconds, time_message
+from .convert import as_nanoseconds, DurationLike, time_message, TimeLike
 from .point_cloud import copy_of_cloud
 
 # (frame, reading) pairs that have been logged: all clouds of one driver have the same reading.
@@ -36,9 +36,10 @@ _MOST_OF_A_SCAN, _APART = 0.9, 0.75
 
 
 def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = None,
-                 fixed_frame: str = 'odom', reference_stamp: Any = None, *,
-                 field: str | None = None, unit: str | float | None = None, origin: Any = None,
-                 timeout: Any = None) -> PointCloud2:
+                 fixed_frame: str = 'odom', reference_stamp: TimeLike | None = None, *,
+                 field: str | None = None, unit: str | float | None = None,
+                 origin: TimeLike | None = None,
+                 timeout: DurationLike | None = None) -> PointCloud2:
     """
     Return a cloud with each point where it would have been seen at one time.
 

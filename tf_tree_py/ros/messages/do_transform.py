@@ -48,6 +48,7 @@ from geometry_msgs.msg import (
 from nav_msgs.msg import Odometry, Path
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import Header
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
@@ -72,7 +73,7 @@ _accel_with_covariance_stamped = maker(AccelWithCovarianceStamped)
 _path, _odometry = maker(Path), maker(Odometry)
 
 
-def do_transform(message: Any, transform: TransformStamped) -> Any:
+def do_transform(message: object, transform: TransformStamped) -> Any:
     """
     Return a message of any type in the table, in the transform's target frame.
 
@@ -242,7 +243,7 @@ def do_transform_odometry(odometry: Odometry, transform: TransformStamped) -> Od
 # --- the table
 
 
-def _header(transform: TransformStamped) -> Any:
+def _header(transform: TransformStamped) -> Header:
     return copy_of(transform.header)
 
 
@@ -250,7 +251,7 @@ def _pose(transform: TransformStamped) -> PoseTuple:
     return geometry.transform_values(transform.transform)
 
 
-def _bare(part: Callable[[Any, PoseTuple], Any]) -> Transformer:
+def _bare(part: Callable[[Any, PoseTuple], object]) -> Transformer:
     """Return the transformer of a message without header."""
     return lambda message, transform: part(message, _pose(transform))
 

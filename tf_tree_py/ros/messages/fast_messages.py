@@ -54,7 +54,7 @@ def reader(kind: type) -> Function:
     return slotted_reader(kind) if slots_are_known(kind) else public_reader(kind)
 
 
-def slots_are_known(kind: Any) -> bool:
+def slots_are_known(kind: type) -> bool:
     """Return whether a message class is laid out as this file expects."""
     return list(getattr(kind, '__slots__', ())) == [*map('_{}'.format, fields_of(kind)),
                                                     '_check_fields']
@@ -66,7 +66,7 @@ def fields_of(kind: Any) -> list[str]:
 
 
 @cache
-def parts_of(kind: Any) -> dict[str, type | None]:
+def parts_of(kind: type) -> dict[str, type | None]:
     """Return a message's fields, in order, and the class of those that are messages."""
     example = kind()
     types = {field: type(getattr(example, field)) for field in fields_of(kind)}
@@ -97,7 +97,7 @@ def public_whole_maker(kind: type) -> Function:
     return lambda *values: _constructed(kind, dict(zip(leaves, values, strict=True)))
 
 
-def _constructed(kind: type, values: dict[str, Any], path: str = 'message') -> Any:
+def _constructed(kind: type, values: dict[str, object], path: str = 'message') -> object:
     """Return a message by its constructor; ``values`` are named as ``_leaves_of`` does."""
     return kind(**{
         field: values[f'{path}__{field}'] if part is None

@@ -16,7 +16,6 @@ numbers along the axes x, y, z, then three about them.
 
 from collections.abc import Sequence
 import math
-from typing import Any
 
 from geometry_msgs.msg import (
     Accel,
@@ -35,6 +34,7 @@ from geometry_msgs.msg import (
     Wrench,
 )
 import numpy as np
+import numpy.typing as npt
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.poses import is_sound, judged
 from tf_tree_py.core.geometry.se3 import PoseTuple
@@ -44,12 +44,12 @@ from tf_tree_py.screws import adjoint, carry, Screw
 from .fast_messages import maker, many_maker, reader
 
 
-def rotate_covariance(covariance: Any, a_q_b: so3.Quaternion) -> Array:
+def rotate_covariance(covariance: npt.ArrayLike, a_q_b: so3.Quaternion) -> Array:
     """Return a covariance (36,) in the axes of a: each 3 x 3 block is R C R^T."""
     return _congruent(covariance, _diagonal(a_q_b))
 
 
-def carry_covariance(covariance: Any, a_T_b: PoseTuple) -> Array:
+def carry_covariance(covariance: npt.ArrayLike, a_T_b: PoseTuple) -> Array:
     """Return the covariance (36,) of a twist that the adjoint transforms from b to a."""
     return _congruent(covariance, adjoint(a_T_b))
 
@@ -60,7 +60,7 @@ def _diagonal(a_q_b: so3.Quaternion) -> Array:
     return matrix
 
 
-def _congruent(covariance: Any, matrix: Array) -> Array:
+def _congruent(covariance: npt.ArrayLike, matrix: Array) -> Array:
     """Return M C M^T of a covariance (36,)."""
     square = np.asarray(covariance, dtype=float).reshape(6, 6)
     return np.asarray(matrix @ square @ matrix.T).reshape(36)
@@ -235,7 +235,7 @@ def transform_values(message: Transform) -> PoseTuple:
     return _unit(message.translation, message.rotation)
 
 
-def _unit(t: Any, q: Any) -> PoseTuple:
+def _unit(t: Point | Vector3, q: Quaternion) -> PoseTuple:
     values = (float(t.x), float(t.y), float(t.z),
               float(q.x), float(q.y), float(q.z), float(q.w))
     return values if is_sound(values) else unit(values)
@@ -261,7 +261,7 @@ def poses_array(messages: Sequence[PoseMessage]) -> Array:
     return poses if good.all() else np.array([unit(row) for row in array.tolist()])
 
 
-def points_array(messages: Sequence[Any]) -> Array:
+def points_array(messages: Sequence[Point | Point32 | Vector3]) -> Array:
     """Return the coordinates (N, 3) of messages with x, y and z."""
     return np.array(_read_points(messages), dtype=float).T
 
@@ -273,5 +273,5 @@ def pose_message(values: PoseTuple) -> PoseMessage:
     return _pose(_point(x, y, z), _quaternion(*q))
 
 
-def _xyz(message: Any) -> so3.Vector3:
+def _xyz(message: Point | Point32 | Vector3) -> so3.Vector3:
     return (float(message.x), float(message.y), float(message.z))

@@ -12,7 +12,6 @@ values of all other fields. The points of a scan are where its rays were reflect
 from array import array
 from collections.abc import Mapping, Sequence
 import sys
-from typing import Any
 
 from geometry_msgs.msg import Transform, TransformStamped
 import numpy as np
@@ -98,7 +97,7 @@ def copy_of_cloud(cloud: PointCloud2, header: Header) -> PointCloud2:
                   cloud.point_step, cloud.row_step, data, cloud.is_dense)
 
 
-def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[Any]],
+def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[np.generic]],
                  is_dense: bool) -> PointCloud2:
     """
     Return an unorganised cloud of columns (N,), packed, in the machine's byte order.
@@ -135,7 +134,7 @@ def as_cloud(scan: LaserScan, keep_invalid: bool = False) -> PointCloud2:
     """
     points = scan_points(scan)
     valid = np.isfinite(points[:, 0])
-    columns: dict[str, npt.NDArray[Any]] = dict(
+    columns: dict[str, npt.NDArray[np.generic]] = dict(
         zip(('x', 'y', 'z'), points.T.astype(np.float32), strict=True))
     if len(scan.intensities) == len(points):
         columns['intensity'] = np.array(scan.intensities, dtype=np.float32)

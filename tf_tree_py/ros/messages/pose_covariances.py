@@ -3,7 +3,7 @@
 
 """Poses with covariances, between messages and plain numbers."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 import numpy as np
@@ -55,7 +55,7 @@ def uncertain_values(message: PoseWithCovariance) -> tuple[PoseTuple, Array]:
     return pose_values(message.pose), checked_covariance(message.covariance)
 
 
-def composed_with(target_T_source: Any, message: PoseWithCovarianceStamped,
+def composed_with(target_T_source: PoseWithCovarianceStamped, message: PoseWithCovarianceStamped,
                   ) -> PoseWithCovarianceStamped:
     """
     Return a pose in a target frame; its covariance includes that of the transform.

@@ -10,23 +10,24 @@ function that is registered for one of their types takes precedence.
 
 from collections.abc import Callable, Mapping
 from copy import deepcopy
-from typing import Any
+from typing import Any, TypeVar
 
 from geometry_msgs import msg as geometry_msgs
 from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import join, JoinableException
 
-from .convert import as_nanoseconds, time_message
+from .convert import as_nanoseconds, time_message, TimeLike
 from .do_transform import Transformer, TRANSFORMERS
 
 Converter = Callable[[Any], Any]
+Object = TypeVar('Object')
 
 # tf2 has one registry for the whole process, and so has this module.
-_transformers: dict[Any, Transformer] = {}
-_from_msg: dict[Any, Converter] = {}
-_to_msg: dict[Any, Converter] = {}
-_converters: dict[tuple[Any, Any], Converter] = {}
+_transformers: dict[type, Transformer] = {}
+_from_msg: dict[type, Converter] = {}
+_to_msg: dict[type, Converter] = {}
+_converters: dict[tuple[type, type], Converter] = {}
 
 _FIELDS = {
     'Point': 'point', 'Vector3': 'vector', 'Quaternion': 'quaternion', 'Pose': 'pose',
@@ -138,18 +139,18 @@ class ConvertRegistration:
         return _converters[key]
 
 
-def _found(registry: dict[Any, Converter], key: type, fix: str) -> Converter:
+def _found(registry: dict[type, Converter], key: type, fix: str) -> Converter:
     if key not in registry:
         raise TypeException(f'Type {key} is not loaded or supported: register how to convert '
                             f'it with ConvertRegistration().{fix}(type, function)')
     return registry[key]
 
 
-def _itself(message: Any) -> Any:
+def _itself(message: Object) -> Object:
     return message
 
 
-def _checked(message: Any, kind: type) -> Any:
+def _checked(message: object, kind: type[Object]) -> Object:
     if not isinstance(message, kind):
         raise TypeException(
             f'A {type(message).__name__} cannot be converted to a {kind.__name__}: register how '
@@ -157,7 +158,7 @@ def _checked(message: Any, kind: type) -> Any:
     return message
 
 
-def convert(a: Any, b_type: type) -> Any:
+def convert(a: object, b_type: type[Object]) -> Object:
     """
     Return an object converted to another type: directly, as a copy, or through a message.
 
@@ -173,7 +174,7 @@ def convert(a: Any, b_type: type) -> Any:
     return registration.get_from_msg(b_type)(registration.get_to_msg(type(a))(a))
 
 
-def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
+def Stamped(obj: Any, stamp: TimeLike, frame_id: str) -> Any:
     """
     Return an object with a header.
 
