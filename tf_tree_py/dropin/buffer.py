@@ -22,6 +22,7 @@ from geometry_msgs.msg import TransformStamped
 import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.task import Future
 from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
 from tf_tree_py.core.errors import (
     ArgumentTypeException,
@@ -257,7 +258,7 @@ class BufferCore(OurBuffer):
 
         return leave
 
-    def _call_back(self, future: TransformFuture, callback: Callable[[Any], object]) -> None:
+    def _call_back(self, future: TransformFuture, callback: Callable[[Future], object]) -> None:
         """
         Call a callback of a future, in the thread in which tf2 would call it.
 

@@ -17,13 +17,12 @@ buffer's lock held, as at the beginning of a wait.
 from functools import cache
 from pathlib import Path
 import sys
-from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 import rclpy.logging
 
 
-def takes_calls(executor: Any) -> bool:
+def takes_calls(executor: object) -> bool:
     """Return whether another thread may call an executor, to wake it or to give it a task."""
     kind = getattr(rclpy_implementation, 'EventsExecutor', None)
     return kind is None or not isinstance(executor, kind) or not _has_broken_queue()

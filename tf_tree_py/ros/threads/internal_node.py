@@ -27,6 +27,7 @@ import weakref
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
+from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.parameter import Parameter
 from tf_tree_py.limited_log import FailureLog
@@ -34,7 +35,7 @@ from tf_tree_py.limited_log import FailureLog
 
 def is_running(context: Context) -> bool:
     """Return the same as ``context.ok()``, without the lock of the context."""
-    handle: Any = context.handle
+    handle = context.handle
     if handle is None:
         return False
     if not hasattr(handle, 'ok'):  # pragma: no cover - every rclpy so far has it
@@ -77,7 +78,7 @@ class CallbackFailures(FailureLog):
     ``sys.exit()`` in a callback would end the thread silently, so it is logged, too.
     """
 
-    def __init__(self, logger: Any) -> None:
+    def __init__(self, logger: RcutilsLogger) -> None:
         """
         Log to this logger.
 
@@ -116,7 +117,7 @@ def internal_node(node: Node, name: str, *, with_clock: bool = True) -> Node:
     :param with_clock: whether it follows the other node's clock, simulated time included; then the
         thread that serves it has to take ``/clock``, too.
     """
-    overrides: list[Any] = [_NO_TYPE_DESCRIPTION, *qos_overrides_of(node)]
+    overrides: list[Parameter] = [_NO_TYPE_DESCRIPTION, *qos_overrides_of(node)]
     arguments: list[str] = []
     if with_clock:
         overrides.append(node.get_parameter(USE_SIM_TIME))

@@ -252,14 +252,14 @@ class Receiver:
 
     def _serve_these(self, subscriptions: list[Subscription], in_use: ExitStack) -> None:
         """Serve subscriptions until the thread is woken, when the node may have others."""
-        events: list[Any] = [event for subscription in subscriptions
-                             for event in cast('Any', subscription.event_handlers)]
+        events = [event for subscription in subscriptions
+                  for event in cast('list[EventHandler]', subscription.event_handlers)]
         sources = [(subscription, takes_info(subscription.callback))
                    for subscription in subscriptions]
-        handles: list[Any] = [subscription.handle for subscription in subscriptions]
+        handles = [subscription.handle for subscription in subscriptions]
         for entity in (self._wake.handle, *events, *handles):
             in_use.enter_context(entity)
-        wait_set: Any = _rclpy.WaitSet(
+        wait_set = _rclpy.WaitSet(
             len(handles), 1, 0, 0, 0, len(events), self.context.handle)
         woken = False
         last = time.monotonic()
@@ -318,7 +318,7 @@ class Receiver:
 
     def _drain(self, subscription: Subscription, with_info: bool) -> int:
         """Take the messages that have arrived; return the count."""
-        handle: Any = subscription.handle
+        handle = subscription.handle
         take, kind, raw = handle.take_message, subscription.msg_type, subscription.raw
         callback = subscription.callback
         for count in range(_MAX_TAKEN_AT_ONCE):

@@ -56,7 +56,7 @@ class Responses(Receiver):
         with ExitStack() as in_use:
             for entity in (self._wake.handle, *(client.handle for client in clients)):
                 in_use.enter_context(entity)
-            wait_set: Any = _rclpy.WaitSet(0, 1, 0, len(clients), 0, 0, self.context.handle)
+            wait_set = _rclpy.WaitSet(0, 1, 0, len(clients), 0, 0, self.context.handle)
             check_at, timeout = _NEVER, CHECK_CONTEXT_NS
             while self._goes_on():
                 self._sleep(wait_set, clients, timeout)
@@ -86,7 +86,7 @@ class Responses(Receiver):
 
     def _take(self, client: Client) -> None:
         """Take one response, and pass it to the request that waits for it."""
-        handle: Any = client.handle
+        handle = client.handle
         kind: Any = client.srv_type
         try:
             header, response = handle.take_response(kind.Response)

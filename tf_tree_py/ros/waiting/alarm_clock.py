@@ -22,7 +22,7 @@ import math
 from queue import Empty, SimpleQueue
 import threading
 import time
-from typing import Any, Protocol
+from typing import Protocol
 import weakref
 
 import rclpy.logging
@@ -202,7 +202,7 @@ class _Bell:
     """
 
     def __init__(self) -> None:
-        self._rings: SimpleQueue[Any] = SimpleQueue()
+        self._rings: SimpleQueue[None] = SimpleQueue()
 
     def ring(self) -> None:
         self._rings.put(None)

@@ -25,9 +25,10 @@ from copy import copy
 import sys
 import threading
 from types import FrameType
-from typing import Any
+from typing import Any, TYPE_CHECKING
 import weakref
 
+from geometry_msgs.msg import TransformStamped
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
 from rclpy.task import Future, Task
@@ -36,8 +37,13 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.observers import Asked
 
 from .timeouts import Timeouts, Wait
-from ..messages.convert import as_nanoseconds, transform_stamped
+from ..messages.convert import as_nanoseconds, DurationLike, transform_stamped
 from ..threads.executors import takes_calls
+
+if TYPE_CHECKING:
+    from asyncio import AbstractEventLoop
+
+Callback = Callable[[Future], object]
 
 _STEP_OF_TASK = Task.__call__.__code__
 # A limit that is never reached: the executor checks the task again after a few.
@@ -66,7 +72,7 @@ class AwaitableFuture(Future):
         """End it; return False if it had ended already."""
         return self._ending.acquire(blocking=False)
 
-    def set_result(self, result: Any) -> None:
+    def set_result(self, result: object) -> None:
         """End with a result, unless it has ended."""
         if self._end():
             super().set_result(result)
@@ -92,20 +98,19 @@ class AwaitableFuture(Future):
         """
         raise NotImplementedError
 
-    def add_done_callback(self, callback: Callable[[Future], Any]) -> None:
+    def add_done_callback(self, callback: Callback) -> None:
         """Call back when it ends, or now if it has."""
         self._add(callback, self._call_back)
 
-    def _add(self, callback: Callable[[Future], Any],
-             call: Callable[[Callable[[Future], Any]], None]) -> None:
+    def _add(self, callback: Callback, call: Callable[[Callback], None]) -> None:
         super().add_done_callback(_DoneCallback(callback, call, self._raised))
         self._raise()
 
-    def _call_back(self, callback: Callable[[Future], Any]) -> None:
+    def _call_back(self, callback: Callback) -> None:
         """Call a callback of ``add_done_callback``, in the thread that is right for it."""
         self._call_here(callback)
 
-    def _call_here(self, callback: Callable[[Future], Any]) -> None:
+    def _call_here(self, callback: Callback) -> None:
         callback(self)
 
     def _raise(self) -> None:
@@ -126,7 +131,7 @@ class AwaitableFuture(Future):
             raise copy(error)
         return super().result()
 
-    def __await__(self) -> Generator[Any, Any, Any]:
+    def __await__(self) -> Generator[object, None, TransformStamped]:
         if not self.done() and not self.cancelled():
             awaiting = _who_awaits()
             if isinstance(awaiting, Task):
@@ -135,7 +140,7 @@ class AwaitableFuture(Future):
                 return (yield from self._await_in_loop(awaiting))
         return (yield from super().__await__())
 
-    def _await_in_executor(self, task: Task) -> Generator[Any, Any, Any]:
+    def _await_in_executor(self, task: Task) -> Generator[object, None, TransformStamped]:
         awaiter = _Awaiter(task)
         # Not by this class's own method, which may keep the future alive for its callbacks. Here
         # the coroutine keeps the future: when the coroutine is dropped, the future has to end,
@@ -147,7 +152,8 @@ class AwaitableFuture(Future):
             awaiter.resumed = True
             self.remove_done_callback(awaiter)
 
-    def _await_in_loop(self, loop: Any) -> Generator[Any, Any, Any]:
+    def _await_in_loop(
+            self, loop: 'AbstractEventLoop') -> Generator[object, None, TransformStamped]:
         ended = loop.create_future()
 
         def end() -> None:
@@ -174,8 +180,7 @@ class _DoneCallback:
     rclpy logs an ``Exception`` and continues, but it does not catch ``SystemExit``.
     """
 
-    def __init__(self, callback: Callable[[Future], Any],
-                 call: Callable[[Callable[[Future], Any]], None],
+    def __init__(self, callback: Callback, call: Callable[[Callback], None],
                  raised: list[BaseException]) -> None:
         self._callback = callback
         self._call = call
@@ -210,7 +215,7 @@ class _Awaiter:
 
     def __init__(self, task: Task) -> None:
         self._task = weakref.ref(task)
-        self._executor: Any = getattr(task, '_executor', lambda: None)
+        self._executor: Callable[[], Executor | None] = getattr(task, '_executor', lambda: None)
         self._nudges = _MAX_NUDGES
         self.resumed = False
 
@@ -235,7 +240,7 @@ class _Awaiter:
             executor.create_task(self._nudge)
 
 
-def _who_awaits() -> Any:
+def _who_awaits() -> 'Task | AbstractEventLoop | None':
     """Return the rclpy task or the asyncio loop in which a coroutine runs; None: neither."""
     asyncio = sys.modules.get('asyncio')
     step_of_loop = None if asyncio is None else asyncio.Handle._run.__code__
@@ -259,7 +264,7 @@ class TransformFuture(AwaitableFuture):
     """
 
     def __init__(self, timeouts: Timeouts, frames: tuple[str, str], lookups: Sequence[Asked],
-                 query: Callable[[], tuple[int, PoseTuple]], timeout: Any) -> None:
+                 query: Callable[[], tuple[int, PoseTuple]], timeout: DurationLike | None) -> None:
         """
         Run the query for the first time.
 
@@ -300,13 +305,12 @@ class TransformFuture(AwaitableFuture):
     def drop(self) -> None:
         """Do nothing: without a reference to it, the buffer forgets its wait."""
 
-    def _add(self, callback: Callable[[Future], Any],
-             call: Callable[[Callable[[Future], Any]], None]) -> None:
+    def _add(self, callback: Callback, call: Callable[[Callback], None]) -> None:
         # Until it ends, the buffer keeps it alive, as its callbacks wait for it.
         self._wait.keep_alive()
         super()._add(callback, call)
 
-    def _call_back(self, callback: Callable[[Future], Any]) -> None:
+    def _call_back(self, callback: Callback) -> None:
         self._timeouts.call_back(self, callback)
 
     def _end(self) -> bool:
@@ -317,7 +321,7 @@ class TransformFuture(AwaitableFuture):
         return first
 
 
-async def outcome(future: AwaitableFuture) -> Any:
+async def outcome(future: AwaitableFuture) -> TransformStamped:
     """Return a future's result once it has one; cancelling this cancels the future."""
     let_go = future.cancel
     try:

@@ -23,6 +23,7 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any, Generic, Protocol, TypeVar
 import weakref
 
+from rclpy.task import Future
 from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Observers
@@ -60,7 +61,7 @@ class Timeouts:
         self.watch = watch
         self.observers = observers
         self.by_wall = False
-        self.call_back: Callable[[Any, Callable[[Any], object]], object] = _call_here
+        self.call_back: Callable[[Any, Callable[[Future], object]], object] = _call_here
         self.check_spinning: Callable[[], Callable[[], str]] = lambda: str
         self._wall_guard_s = wall_guard_s
         self.alarms = Alarms(watch, self.forget_orphans)
@@ -109,7 +110,7 @@ class Wait(Generic[Answer]):
 
     def __init__(self, timeouts: Timeouts, asker: Asker[Answer], query: Callable[[], Answer],
                  timeout: int | None,
-                 lock: AbstractContextManager[Any] | None = None) -> None:
+                 lock: AbstractContextManager[object] | None = None) -> None:
         """
         Register a query.
 
@@ -224,11 +225,11 @@ class _Registration:
             self._timeouts.alarms.forget(self.alarm)
 
 
-def _call_here(future: Any, callback: Callable[[Any], object]) -> None:
+def _call_here(future: Future, callback: Callable[[Future], object]) -> None:
     callback(future)
 
 
-def _ask_if_alive(wait: Wait[Any]) -> Callable[[], None]:
+def _ask_if_alive(wait: Wait[Answer]) -> Callable[[], None]:
     reference = weakref.ref(wait)
 
     def ask() -> None:
