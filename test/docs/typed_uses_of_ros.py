@@ -5,15 +5,17 @@
 
 from typing import assert_type
 
+from rclpy.duration import Duration
+from rclpy.time import Time
 from tf_tree_py import Buffer
 
 
-def questions(buffer: Buffer, time: object, debug: bool) -> None:
+def questions(buffer: Buffer, time: Time, timeout: Duration, debug: bool) -> None:
     """Without ``return_debug_tuple`` the answer is a bool; with it, a pair."""
     assert_type(buffer.can_transform('map', 'base', time), bool)
     assert_type(buffer.can_transform('map', 'base', time, return_debug_tuple=True),
                 tuple[bool, str])
-    assert_type(buffer.can_transform('map', 'base', time, time, debug), bool | tuple[bool, str])
+    assert_type(buffer.can_transform('map', 'base', time, timeout, debug), bool | tuple[bool, str])
     assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom'), bool)
-    assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom', time,
+    assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom', timeout,
                                           return_debug_tuple=True), tuple[bool, str])

@@ -5,9 +5,10 @@
 
 from collections.abc import Callable, Iterable
 import threading
-from typing import Any, Protocol
+from typing import Protocol
 import weakref
 
+from rclpy.impl.rcutils_logger import RcutilsLogger
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.errors import no_truth
@@ -38,7 +39,8 @@ class AttachedListeners:
     :ivar side_listeners: the number of listeners to other topics.
     """
 
-    def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch, logger: Any) -> None:
+    def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch,
+                 logger: RcutilsLogger) -> None:
         """
         Begin without listeners.
 
@@ -153,7 +155,7 @@ class AttachedListeners:
 
     # --- incidents
 
-    def log_to(self, logger: Any) -> None:
+    def log_to(self, logger: RcutilsLogger) -> None:
         """Log what is wrong with arriving messages to an rclpy logger."""
         self.log.logger = logger
 

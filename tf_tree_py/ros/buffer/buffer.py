@@ -33,6 +33,7 @@ from tf_tree_py.core.hints import nothing_yet
 from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.messages.sample import ImpossibleStamp
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
+from tf_tree_py.core.times import Stamp
 from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.reports.audit import LookupAudit
@@ -45,6 +46,8 @@ from ..messages.convert import (
     as_nanoseconds,
     as_sample,
     as_stamp,
+    DurationLike,
+    TimeLike,
     transform_stamped,
 )
 from ..messages.pose_covariances import (
@@ -207,8 +210,8 @@ class Buffer(CoreApi, BufferInterface):
 
     # --- lookups
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = NO_TIME) -> TransformStamped:
+    def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                         timeout: DurationLike = NO_TIME) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
@@ -231,9 +234,9 @@ class Buffer(CoreApi, BufferInterface):
                 partial(self.lookup_stamped, target_frame, source_frame, stamp))
         return transform_stamped(target_frame, source_frame, found, pose)
 
-    def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                              source_time: Any, fixed_frame: str,
-                              timeout: Any = NO_TIME) -> TransformStamped:
+    def lookup_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                              source_time: TimeLike, fixed_frame: str,
+                              timeout: DurationLike = NO_TIME) -> TransformStamped:
         """
         Return the transform from a source at one time to a target at another.
 
@@ -248,7 +251,7 @@ class Buffer(CoreApi, BufferInterface):
                 target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
         return transform_stamped(target_frame, source_frame, found, pose)
 
-    def _within(self, timeout: Any, lookups: Sequence[Asked],
+    def _within(self, timeout: DurationLike, lookups: Sequence[Asked],
                 query: Callable[[], Answer]) -> Answer:
         """Run a query within a timeout by the buffer's clock, and notify observers."""
         duration = as_nanoseconds(timeout)
@@ -274,8 +277,9 @@ class Buffer(CoreApi, BufferInterface):
             raise
 
     def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return
-            self, target_frame: str, source_frame: str, time: Any = LATEST,
-            timeout: Any = NO_TIME, *, independent: bool = False) -> PoseWithCovarianceStamped:
+            self, target_frame: str, source_frame: str, time: Stamp | TimeLike = LATEST,
+            timeout: DurationLike = NO_TIME, *,
+            independent: bool = False) -> PoseWithCovarianceStamped:
         """
         Return the pose of the source in the target, with its covariance.
 
@@ -289,8 +293,8 @@ class Buffer(CoreApi, BufferInterface):
             target_frame, found.stamp, found.pose, found.covariance)
 
     def lookup_uncertain_full(  # type: ignore[override]  # likewise
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = NO_TIME, *,
+            self, target_frame: str, target_time: Stamp | TimeLike, source_frame: str,
+            source_time: Stamp | TimeLike, fixed_frame: str, timeout: DurationLike = NO_TIME, *,
             independent: bool = False) -> PoseWithCovarianceStamped:
         """
         Return the pose of ``lookup_transform_full``, with its covariance.
@@ -306,7 +310,8 @@ class Buffer(CoreApi, BufferInterface):
             target_frame, found.stamp, found.pose, found.covariance)
 
     def predict(  # type: ignore[override]  # likewise
-            self, target_frame: str, source_frame: str, time: Any, horizon: Any, *,
+            self, target_frame: str, source_frame: str, time: Stamp | TimeLike,
+            horizon: DurationLike, *,
             acceleration: Mapping[str, Sequence[float]] | None = None) -> PredictedPose:
         """
         Return the pose of the source in the target at a time that may lie beyond the data.
@@ -322,7 +327,7 @@ class Buffer(CoreApi, BufferInterface):
             self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),
             acceleration=acceleration))
 
-    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = NO_TIME,
+    def transform(self, object_stamped: object, target_frame: str, timeout: DurationLike = NO_TIME,
                   new_type: type | None = None, *, header: Header | None = None,
                   uncertain: bool = False) -> Any:
         """
@@ -344,8 +349,8 @@ class Buffer(CoreApi, BufferInterface):
 
     # --- futures
 
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                 timeout: Any = None) -> TransformFuture:
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
+                                 timeout: DurationLike | None = None) -> TransformFuture:
         """
         Return a future of the transform.
 
@@ -361,8 +366,9 @@ class Buffer(CoreApi, BufferInterface):
             lambda: self.lookup_stamped(target_frame, source_frame, stamp), timeout)
 
     def wait_for_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformFuture:
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str,
+            timeout: DurationLike | None = None) -> TransformFuture:
         """Return a future of the transform between two times; likewise."""
         stamps = self._as_stamp(target_time), self._as_stamp(source_time)
         return TransformFuture(
@@ -378,13 +384,14 @@ class Buffer(CoreApi, BufferInterface):
         return self._with_names(super().edges())
 
     def edges_between(self, target_frame: str, source_frame: str,
-                      stamp: Any = LATEST) -> list[EdgeInfo]:
+                      stamp: Stamp | TimeLike = LATEST) -> list[EdgeInfo]:
         """
         Return the edges from the source up to the common ancestor and down to the target.
 
         See ``BufferCore.edges_between``.
         """
-        return self._with_names(super().edges_between(target_frame, source_frame, stamp))
+        return self._with_names(
+            super().edges_between(target_frame, source_frame, self._stamp_of(stamp)))
 
     def _with_names(self, edges: list[EdgeInfo]) -> list[EdgeInfo]:
         names = self.feeds.names()

@@ -10,7 +10,8 @@ otherwise an AttributeError would follow later.
 
 from collections.abc import Callable
 from functools import cache, cached_property
-from typing import Any, Literal, overload
+from types import ModuleType
+from typing import Any, Literal, overload, TYPE_CHECKING
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
@@ -19,11 +20,14 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 
-from ..messages.convert import as_nanoseconds
-from ..waiting.futures import outcome
+from ..messages.convert import as_nanoseconds, DurationLike, TimeLike
+from ..waiting.futures import AwaitableFuture, outcome
+
+if TYPE_CHECKING:
+    from ..messages.registry import TransformRegistration
 
 
-def check_is_ours(buffer: Any, ours: type, user: str) -> None:
+def check_is_ours(buffer: object, ours: type, user: str) -> None:
     """
     Refuse a buffer of another library: tf2's has the same name and other methods.
 
@@ -40,7 +44,7 @@ def check_is_ours(buffer: Any, ours: type, user: str) -> None:
                     f'{kind.__module__}.{kind.__qualname__}: {what_to_do}')
 
 
-def check_places(call: str, *, buffer: Any = None, node: Any = None) -> None:
+def check_places(call: str, *, buffer: object = None, node: object = None) -> None:
     """
     Refuse a node in the place of a buffer, and a buffer in the place of a node.
 
@@ -63,7 +67,7 @@ NO_TIME = Duration()
 
 
 @cache
-def _registry() -> Any:
+def _registry() -> ModuleType:
     """Import the registry when it is first needed, because it imports many messages."""
     from ..messages import registry
     return registry
@@ -78,11 +82,11 @@ class BufferInterface:
     """
 
     @cached_property
-    def registration(self) -> Any:
+    def registration(self) -> 'TransformRegistration':
         """Return the registry of the types that can be transformed, one for all buffers."""
         return _registry().TransformRegistration()
 
-    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = NO_TIME,
+    def transform(self, object_stamped: object, target_frame: str, timeout: DurationLike = NO_TIME,
                   new_type: type | None = None, *, header: Header | None = None) -> Any:
         """
         Return an object in another frame, at its own stamp.
@@ -101,8 +105,8 @@ class BufferInterface:
             target_frame, header.frame_id, header.stamp, timeout))
         return result if new_type is None else _registry().convert(result, new_type)
 
-    def transform_full(self, object_stamped: Any, target_frame: str, target_time: Any,
-                       fixed_frame: str, timeout: Any = NO_TIME,
+    def transform_full(self, object_stamped: object, target_frame: str, target_time: TimeLike,
+                       fixed_frame: str, timeout: DurationLike = NO_TIME,
                        new_type: type | None = None, *, header: Header | None = None) -> Any:
         """
         Return an object in another frame at another time, through a frame that does not move.
@@ -118,57 +122,60 @@ class BufferInterface:
             target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout))
         return result if new_type is None else _registry().convert(result, new_type)
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = NO_TIME) -> TransformStamped:
+    def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                         timeout: DurationLike = NO_TIME) -> TransformStamped:
         """Return the transform from source to target; a subclass implements it."""
         raise _registry().NotImplementedException()
 
-    def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                              source_time: Any, fixed_frame: str,
-                              timeout: Any = NO_TIME) -> TransformStamped:
+    def lookup_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                              source_time: TimeLike, fixed_frame: str,
+                              timeout: DurationLike = NO_TIME) -> TransformStamped:
         """Return the transform between two times; a subclass implements it."""
         raise _registry().NotImplementedException()
 
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                 timeout: Any = None) -> Any:
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
+                                 timeout: DurationLike | None = None) -> AwaitableFuture:
         """Return a future of the transform; a subclass implements it."""
         raise _registry().NotImplementedException()
 
     def wait_for_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> Any:
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str,
+            timeout: DurationLike | None = None) -> AwaitableFuture:
         """Return a future of the transform between two times; a subclass implements it."""
         raise _registry().NotImplementedException()
 
-    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                     timeout: Any = None) -> TransformStamped:
+    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
+                                     timeout: DurationLike | None = None) -> TransformStamped:
         """Return the transform as soon as it is available."""
         return await outcome(self.wait_for_transform_async(
             target_frame, source_frame, time, timeout))
 
     async def lookup_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> TransformStamped:
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str,
+            timeout: DurationLike | None = None) -> TransformStamped:
         """Return the transform between two times as soon as it is available."""
         return await outcome(self.wait_for_transform_full_async(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
     @overload
-    def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = NO_TIME,
+    def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                      timeout: DurationLike = NO_TIME,
                       return_debug_tuple: Literal[False] = False) -> bool: ...
 
     @overload
-    def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = NO_TIME, *,
+    def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                      timeout: DurationLike = NO_TIME, *,
                       return_debug_tuple: Literal[True]) -> tuple[bool, str]: ...
 
     @overload
-    def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any, return_debug_tuple: bool) -> bool | tuple[bool, str]: ...
+    def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                      timeout: DurationLike,
+                      return_debug_tuple: bool) -> bool | tuple[bool, str]: ...
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Any,
-                      timeout: Any = NO_TIME,
+    def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                      timeout: DurationLike = NO_TIME,
                       return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
         """
         Return whether ``lookup_transform`` would succeed.
@@ -180,22 +187,25 @@ class BufferInterface:
             target_frame, source_frame, time, timeout))
 
     @overload
-    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
+    def can_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                           source_time: TimeLike, fixed_frame: str,
+                           timeout: DurationLike = NO_TIME,
                            return_debug_tuple: Literal[False] = False) -> bool: ...
 
     @overload
-    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME, *,
+    def can_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                           source_time: TimeLike, fixed_frame: str,
+                           timeout: DurationLike = NO_TIME, *,
                            return_debug_tuple: Literal[True]) -> tuple[bool, str]: ...
 
     @overload
-    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any,
+    def can_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                           source_time: TimeLike, fixed_frame: str, timeout: DurationLike,
                            return_debug_tuple: bool) -> bool | tuple[bool, str]: ...
 
-    def can_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                           source_time: Any, fixed_frame: str, timeout: Any = NO_TIME,
+    def can_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                           source_time: TimeLike, fixed_frame: str,
+                           timeout: DurationLike = NO_TIME,
                            return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
         """
         Return whether ``lookup_transform_full`` would succeed.
@@ -207,7 +217,7 @@ class BufferInterface:
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
 
-def _check_times(timeout: Any, *times: Any) -> None:
+def _check_times(timeout: object, *times: object) -> None:
     """Refuse arguments that are not times: the answer False would hide a mistake in the caller."""
     for time in times:
         as_nanoseconds(time, Time)
@@ -224,7 +234,7 @@ def _answered(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[b
     return (True, '') if with_reason else True
 
 
-def _header_of(object_stamped: Any) -> Header:
+def _header_of(object_stamped: object) -> Header:
     header = getattr(object_stamped, 'header', None)
     if header is None:
         name = type(object_stamped).__name__

@@ -21,14 +21,21 @@ from tf_tree_py.core.errors import (
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp
-from tf_tree_py.core.times import checked_stamp
+from tf_tree_py.core.times import checked_stamp, Stamp
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.reports import plain_text
 
-from ..messages.convert import as_nanoseconds, as_stamp, time_message, transform_stamped
+from ..messages.convert import (
+    as_nanoseconds,
+    as_stamp,
+    DurationLike,
+    time_message,
+    TimeLike,
+    transform_stamped,
+)
 
 
-def checked_ros_stamp(stamp: Any, is_simulated: Callable[[], bool]) -> int:
+def checked_ros_stamp(stamp: Stamp | TimeLike, is_simulated: Callable[[], bool]) -> int:
     """
     Return a caller's stamp: one that the core accepts, or a ``Time`` of rclpy or of a message.
 
@@ -52,7 +59,7 @@ class RosSnapshot(Snapshot):
         super().__init__(tree)
         self._simulated = simulated
 
-    def _stamp_of(self, stamp: Any) -> int:
+    def _stamp_of(self, stamp: Stamp | TimeLike) -> int:
         return checked_ros_stamp(stamp, lambda: self._simulated)
 
 
@@ -85,10 +92,10 @@ class CoreApi(BufferCore):
         """Return whether stamps follow another clock than the system's."""
         return False
 
-    def _as_stamp(self, time: Any) -> int:
+    def _as_stamp(self, time: TimeLike) -> int:
         return as_stamp(time, self._is_simulated)
 
-    def _stamp_of(self, stamp: Any) -> int:
+    def _stamp_of(self, stamp: Stamp | TimeLike) -> int:
         return checked_ros_stamp(stamp, self._is_simulated)
 
     def snapshot(self) -> RosSnapshot:
@@ -97,13 +104,14 @@ class CoreApi(BufferCore):
             return RosSnapshot(self._tree.copy(), self._is_simulated())
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
-                              time: Any) -> TransformStamped:
+                              time: TimeLike) -> TransformStamped:
         """Return the transform from source to target, or raise at once."""
         stamp, pose = self.lookup_stamped(target_frame, source_frame, self._as_stamp(time))
         return transform_stamped(target_frame, source_frame, stamp, pose)
 
-    def lookup_transform_full_core(self, target_frame: str, target_time: Any, source_frame: str,
-                                   source_time: Any, fixed_frame: str) -> TransformStamped:
+    def lookup_transform_full_core(self, target_frame: str, target_time: TimeLike,
+                                   source_frame: str, source_time: TimeLike,
+                                   fixed_frame: str) -> TransformStamped:
         """Return the transform between two times, or raise at once."""
         stamp, pose = self.lookup_full_stamped(
             target_frame, self._as_stamp(target_time), source_frame,
@@ -111,7 +119,7 @@ class CoreApi(BufferCore):
         return transform_stamped(target_frame, source_frame, stamp, pose)
 
     def can_transform_core(self, target_frame: str, source_frame: str,
-                           time: Any) -> tuple[bool, str]:
+                           time: TimeLike) -> tuple[bool, str]:
         """Return whether the lookup would succeed, and the reason if not."""
         try:
             self.lookup_stamped(target_frame, source_frame, self._as_stamp(time))
@@ -121,8 +129,8 @@ class CoreApi(BufferCore):
             return (False, str(error))
         return (True, '')
 
-    def can_transform_full_core(self, target_frame: str, target_time: Any, source_frame: str,
-                                source_time: Any, fixed_frame: str) -> tuple[bool, str]:
+    def can_transform_full_core(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                                source_time: TimeLike, fixed_frame: str) -> tuple[bool, str]:
         """Return whether the lookup between two times would succeed, and the reason if not."""
         try:
             self.lookup_transform_full_core(
@@ -133,8 +141,8 @@ class CoreApi(BufferCore):
             return (False, str(error))
         return (True, '')
 
-    def lookup_twist(self, tracking_frame: str, observation_frame: str, time: Any,
-                     averaging_interval: Any, *, reference_frame: str | None = None,
+    def lookup_twist(self, tracking_frame: str, observation_frame: str, time: TimeLike,
+                     averaging_interval: DurationLike, *, reference_frame: str | None = None,
                      reference_point: so3.Vector3 = ORIGIN,
                      reference_point_frame: str | None = None) -> VelocityStamped:
         """
@@ -150,7 +158,7 @@ class CoreApi(BufferCore):
         return velocity_stamped(velocity, tracking_frame, observation_frame, reference_frame)
 
     def lookup_twist_many(self, tracking_frame: str, observation_frame: str,
-                          stamps: npt.ArrayLike, averaging_interval: Any,
+                          stamps: npt.ArrayLike, averaging_interval: DurationLike,
                           **reference: Any) -> Array:
         """
         Return the twists at many stamps; see ``core.twist.lookup_twist_many``.

@@ -5,7 +5,6 @@
 
 from collections.abc import Callable
 from threading import current_thread, Event
-from typing import Any
 import weakref
 
 from geometry_msgs.msg import TransformStamped
@@ -20,7 +19,7 @@ from .goal_client import GoalClient
 from .lookup_call import LookupCall
 from .lookup_goal import full_goal, simple_goal
 from ..buffer.interface import BufferInterface, check_places, NO_TIME
-from ..messages.convert import as_nanoseconds, as_stamp
+from ..messages.convert import as_nanoseconds, as_stamp, DurationLike, TimeLike
 
 _PADDING = Duration(seconds=2.0)
 # 31 years, in seconds. The message holds up to 68 years.
@@ -43,7 +42,7 @@ class BufferClient(Closable, BufferInterface):
     """
 
     def __init__(self, node: Node, ns: str, check_frequency: float = 10.0,
-                 timeout_padding: Any = _PADDING) -> None:
+                 timeout_padding: DurationLike | float = _PADDING) -> None:
         """
         Begin to search for the server.
 
@@ -72,7 +71,7 @@ class BufferClient(Closable, BufferInterface):
         """End the pending lookups, and stop: tf2's name for ``close``."""
         self.close()
 
-    def wait_for_server(self, timeout: Any = None) -> bool:
+    def wait_for_server(self, timeout: DurationLike | None = None) -> bool:
         """
         Wait until a server is available.
 
@@ -84,8 +83,8 @@ class BufferClient(Closable, BufferInterface):
 
     # --- blocking
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Any,
-                         timeout: Any = NO_TIME) -> TransformStamped:
+    def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                         timeout: DurationLike = NO_TIME) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
@@ -98,9 +97,9 @@ class BufferClient(Closable, BufferInterface):
         return self._answer(lambda: self.wait_for_transform_async(
             target_frame, source_frame, time, timeout))
 
-    def lookup_transform_full(self, target_frame: str, target_time: Any, source_frame: str,
-                              source_time: Any, fixed_frame: str,
-                              timeout: Any = NO_TIME) -> TransformStamped:
+    def lookup_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                              source_time: TimeLike, fixed_frame: str,
+                              timeout: DurationLike = NO_TIME) -> TransformStamped:
         """
         Return the transform from a source at one time to a target at another.
 
@@ -112,27 +111,28 @@ class BufferClient(Closable, BufferInterface):
 
     # --- futures
 
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Any,
-                                 timeout: Any = None) -> LookupCall:
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
+                                 timeout: DurationLike | None = None) -> LookupCall:
         """Return a future of the transform; a timeout of None waits without a limit."""
         return self._begin(simple_goal(target_frame, source_frame, self._as_stamp(time)), timeout)
 
     def wait_for_transform_full_async(
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = None) -> LookupCall:
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str,
+            timeout: DurationLike | None = None) -> LookupCall:
         """Return a future of the transform between two times; the timeout is as above."""
         return self._begin(full_goal(
             target_frame, self._as_stamp(target_time), source_frame, self._as_stamp(source_time),
             fixed_frame), timeout)
 
-    def _as_stamp(self, time: Any) -> int:
+    def _as_stamp(self, time: TimeLike) -> int:
         return as_stamp(time, self._is_simulated)
 
     def _is_simulated(self) -> bool:
         clock = self.node.get_clock()
         return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
-    def _begin(self, goal: LookupTransform.Goal, timeout: Any) -> LookupCall:
+    def _begin(self, goal: LookupTransform.Goal, timeout: DurationLike | None) -> LookupCall:
         timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9
         padding = self.timeout_padding
         padding_s = padding if isinstance(padding, (int, float)) else as_nanoseconds(padding) / 1e9

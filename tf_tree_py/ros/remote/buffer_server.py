@@ -182,7 +182,7 @@ class _ClosableServer(ActionServer):
             while self._detached:
                 self._detached.pop().destroy_when_not_in_use()
 
-    def __enter__(self) -> Any:
+    def __enter__(self) -> object:
         self._users += 1
         try:
             return super().__enter__()
@@ -190,7 +190,7 @@ class _ClosableServer(ActionServer):
             self._leave()
             raise
 
-    def __exit__(self, *details: Any) -> None:
+    def __exit__(self, *details: object) -> None:
         super().__exit__(*details)
         self._leave()
 
@@ -199,21 +199,21 @@ class _ClosableServer(ActionServer):
         if self._is_destroyed:
             self._free_goals()
 
-    def add_to_wait_set(self, wait_set: Any) -> None:
+    def add_to_wait_set(self, wait_set: object) -> None:
         with self._unless_destroyed():
             super().add_to_wait_set(wait_set)
 
-    def is_ready(self, wait_set: Any) -> bool:
+    def is_ready(self, wait_set: object) -> bool:
         with self._unless_destroyed():
             return bool(super().is_ready(wait_set))
         return False
 
-    def take_data(self) -> dict[str, Any]:
+    def take_data(self) -> dict[str, object]:
         with self._unless_destroyed():
             return super().take_data()  # type: ignore[no-any-return]
         return {}
 
-    async def execute(self, taken_data: dict[str, Any]) -> None:
+    async def execute(self, taken_data: dict[str, object]) -> None:
         # Expired goals first: a client may have given the id of one to a new goal. rclpy would
         # forget the new one instead, and the executor would raise KeyError at its end.
         expired = {key: taken_data[key] for key in ('expired',) if key in taken_data}

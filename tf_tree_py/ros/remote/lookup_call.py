@@ -14,7 +14,6 @@ from collections.abc import Callable
 from enum import auto, Enum
 import secrets
 import time
-from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.task import Future
@@ -258,7 +257,7 @@ class LookupCall(AwaitableFuture):
         self._goal.timeout = Duration(nanoseconds=from_seconds(self._lease_s)).to_msg()
         return self._goal
 
-    def answer(self, response: Any) -> None:
+    def answer(self, response: LookupTransform.Impl.GetResultService.Response) -> None:
         """End with the transform or the error of a server's response."""
         if is_unknown(response.status, response.result) and self._is_in_time():
             # A request goes to all servers: here a server that has just appeared responded first.
