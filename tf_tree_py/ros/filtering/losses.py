@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rclpy.node import Node
 from tf_tree_py.core.errors import (
@@ -110,7 +110,7 @@ class Losses:
     :ivar names: the full names of topics, where they are known.
     """
 
-    def __init__(self, node: Node, timeouts: Timeouts, lock: AbstractContextManager[Any],
+    def __init__(self, node: Node, timeouts: Timeouts, lock: AbstractContextManager[object],
                  query: Callable[[str, int], object], targets: Sequence[str], queue_size: int,
                  timeout: int | None, tolerance: int) -> None:
         """

@@ -40,7 +40,7 @@ from tf_tree_py.core.stamp import LATEST
 from .losses import Arrival, Losses
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places, NO_TIME
-from ..messages.convert import as_nanoseconds, transform_stamped
+from ..messages.convert import as_nanoseconds, DurationLike, transform_stamped
 from ..topics.qos import sensor_qos
 from ..waiting.timeouts import Wait
 
@@ -127,8 +127,8 @@ class MessageFilter(Closable):
     """
 
     def __init__(self, buffer: Buffer, node: Node, target_frames: str | Sequence[str],
-                 callback: Callable[[Any, Any], Any], *, queue_size: int = 10,
-                 tolerance: Any = NO_TIME, timeout: Any = None,
+                 callback: Callable[[Any, Any], object], *, queue_size: int = 10,
+                 tolerance: DurationLike = NO_TIME, timeout: DurationLike | None = None,
                  on_drop: Callable[[Any, Drop, str], None] | None = None,
                  header_of: Callable[[Any], Header] | None = None,
                  callback_group: CallbackGroup | None = None) -> None:
@@ -177,14 +177,14 @@ class MessageFilter(Closable):
         self._dropped = dict.fromkeys(Drop, 0)
         self._waiting: dict[int, _Held] = {}
         self._ready: dict[int, _Held] = {}
-        self._notices: deque[tuple[Any, Drop, str]] = deque()
+        self._notices: deque[tuple[object, Drop, str]] = deque()
         self._losses = Losses(node, buffer.timeouts, self._lock, self._query, self._targets,
                               queue_size, self._timeout, self._tolerance)
         self._bell = node.create_guard_condition(self._call_back, callback_group)
 
     # --- filling
 
-    def add(self, message: Any) -> None:
+    def add(self, message: object) -> None:
         """Add a message; this may be the callback of a subscription."""
         self._add(message, '')
 
@@ -205,7 +205,7 @@ class MessageFilter(Closable):
         if self._closed:
             self._report_drops()
 
-    def subscribe(self, msg_type: Any, topic: str,
+    def subscribe(self, msg_type: type, topic: str,
                   qos: QoSProfile | int | None = None) -> Subscription:
         """
         Add every message of a topic; the subscription ends with the filter.
@@ -333,7 +333,7 @@ class MessageFilter(Closable):
 class _Held:
     """A message in a filter; it is changed only with the filter's lock held."""
 
-    def __init__(self, owner: MessageFilter, message: Any, arrival: Arrival) -> None:
+    def __init__(self, owner: MessageFilter, message: object, arrival: Arrival) -> None:
         self._owner = owner
         self.message = message
         self.arrival = arrival

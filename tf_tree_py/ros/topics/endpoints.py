@@ -12,11 +12,11 @@ from contextlib import suppress
 from dataclasses import replace
 import math
 import time
-from typing import Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import HIDDEN_NODE_PREFIX, Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 from tf_tree_py.core.messages.incidents import Incident, Kind, one_of
 from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.messages.sample import Batch
@@ -110,7 +110,7 @@ class PublisherNames:
         return one_of(set(names)) if self.names else self.placeholder
 
 
-def node_name(info: Any) -> str:
+def node_name(info: TopicEndpointInfo) -> str:
     """Return the full name of an endpoint's node, from the graph."""
     return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
@@ -131,7 +131,7 @@ def endpoints_of(node: Node, topics: Mapping[str, bool]) -> list[Endpoint]:
             for info in infos]
 
 
-def _known_name(info: Any) -> str:
+def _known_name(info: TopicEndpointInfo) -> str:
     name = node_name(info)
     return '' if name == _UNNAMED else name
 
@@ -167,7 +167,7 @@ def graph_beside(node: Node, topics: Mapping[str, bool], *, settled: bool) -> Ro
         bool(node.get_parameter(USE_SIM_TIME).value), settled)
 
 
-def _endpoint(info: Any, topic: str, static: bool, publishes: bool) -> Endpoint:
+def _endpoint(info: TopicEndpointInfo, topic: str, static: bool, publishes: bool) -> Endpoint:
     qos = info.qos_profile
     return Endpoint(
         topic, static, _known_name(info), publishes,
@@ -214,7 +214,7 @@ class DuplicatePublishers:
         self._quiet_until = time.monotonic() + _SETTLED_S
         self._forget()
 
-    def judge(self, batch: Batch, info: Any) -> list[Incident]:
+    def judge(self, batch: Batch, info: Mapping[str, int | None]) -> list[Incident]:
         """
         Examine a message, and return the incidents to report.
 

@@ -3,7 +3,7 @@
 
 """Fills a buffer from /tf and /tf_static."""
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 import functools
 from typing import Any, cast
 import weakref
@@ -225,7 +225,7 @@ class _Feed:
         for rivalry in rivalries:
             self._buffer.feeds.refuse(rivalry)
 
-    def _receive(self, data: bytes, info: Any) -> None:
+    def _receive(self, data: bytes, info: Mapping[str, int | None]) -> None:
         self._spinner.note()
         batch: Batch | Incident | None = None
         backlog = self._backlog if len(data) > _LARGE_BYTES else None

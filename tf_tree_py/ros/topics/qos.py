@@ -10,8 +10,14 @@ Also the log lines about endpoints that do not match.
 from collections.abc import Callable
 from typing import Any, Literal
 
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.event_handler import (
+    PublisherEventCallbacks,
+    QoSRequestedIncompatibleQoSInfo,
+    QoSSubscriptionMatchedInfo,
+    SubscriptionEventCallbacks,
+)
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -77,7 +83,7 @@ def overriding(node: Node, topic: str, kind: Literal['publisher', 'subscription'
     return QoSOverridingOptions(policies if static else [*policies, QoSPolicyKind.DURABILITY])
 
 
-def tf_publisher(node: Node, topic: str, qos: QoSProfile | int, static: bool) -> Any:
+def tf_publisher(node: Node, topic: str, qos: QoSProfile | int, static: bool) -> Publisher:
     """Return a publisher of TFMessages; parameters of the node may override its profile."""
     name = node.resolve_topic_name(topic)
     return node.create_publisher(
@@ -97,7 +103,7 @@ def mismatches(topic: str, log: LimitedLog,
 
     :param on_left: called when publishers have left; None: this is not observed.
     """
-    def matched(status: Any) -> None:
+    def matched(status: QoSSubscriptionMatchedInfo) -> None:
         # Also if as many have come in the meantime.
         if on_left is not None and status.current_count_change < status.total_count_change:
             on_left()
@@ -109,13 +115,13 @@ def mismatches(topic: str, log: LimitedLog,
 
 def _mismatch(topic: str, log: LimitedLog, other: str, does: str, goes: str) -> dict[str, Any]:
     """Return the callbacks, with rclpy's own texts."""
-    def quality(event: Any) -> None:
+    def quality(event: QoSRequestedIncompatibleQoSInfo) -> None:
         log.write('incompatible QoS', topic, (
             f'New {other} discovered on topic {topic!r}, {does} incompatible QoS. No messages '
             f'will be {goes} it. Last incompatible policy: '
             f'{qos_policy_name_from_kind(event.last_policy_kind)}'))
 
-    def of_type(_: Any) -> None:
+    def of_type(_: object) -> None:
         log.write('incompatible type', topic, (
             f'Incompatible type on topic {topic!r}, no messages will be {goes} it.'))
 

@@ -67,7 +67,7 @@ def shared_buffer(user: Node | Context | None = None, *,
                  USE_SIM_TIME: node.get_parameter(USE_SIM_TIME).value,
                  'qos_overrides': [(given.name, given.value)
                                    for given in qos_overrides_of(node)]}
-        shared = _found(node.context, place) or _Shared(node, place, options)
+        shared = _found(node.context, place) or _Shared(node, place, cache_time, options)
         _join(node, shared)
     return shared.buffer
 
@@ -96,10 +96,11 @@ class _Listener(TransformListener):
 class _Shared:
     """A buffer, its listener, and the settings that its users have in common."""
 
-    def __init__(self, node: Node, place: dict[str, Any], options: dict[str, Any]) -> None:
+    def __init__(self, node: Node, place: dict[str, object],
+                 cache_time: Duration | int | None, options: dict[str, Any]) -> None:
         self.context = node.context
         self.place = place
-        self.buffer = Buffer(place['cache_time'])
+        self.buffer = Buffer(cache_time)
         self._listener = _Listener(self.buffer, node, **options)
 
     def switch_clock(self, parameters: list[Parameter]) -> None:
@@ -115,7 +116,7 @@ _users: 'weakref.WeakKeyDictionary[Node, list[_Shared]]' = weakref.WeakKeyDictio
 _anchors: dict[Context, Node] = {}
 
 
-def _found(context: Context, place: dict[str, Any]) -> _Shared | None:
+def _found(context: Context, place: dict[str, object]) -> _Shared | None:
     """Return the buffer that fits a user's topics and settings, if there is one."""
     return next((shared for held in list(_users.values()) for shared in held
                  if shared.context is context and shared.place == place

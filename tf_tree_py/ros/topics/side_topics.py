@@ -18,6 +18,8 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+from rclpy.task import Future
 from sensor_msgs.msg import Imu
 from tf_tree_py.beyond.uncertainty.insertion import (
     Covariances,
@@ -65,10 +67,10 @@ class SideTopics:
         self._home = internal_node(node, name, with_clock=False)
         self.log = log or LimitedLog(node.get_logger().warning)
         self._receiver = Receiver(self._home, on_end, write_counts=self.log.write_counts)
-        self._subscriptions: list[Any] = []
+        self._subscriptions: list[Subscription] = []
         weakref.finalize(owner, self._receiver.stop)
 
-    def subscribe(self, msg_type: Any, topic: str, callback: Callable[[Any], None],
+    def subscribe(self, msg_type: type, topic: str, callback: Callable[[Any], None],
                   qos: QoSProfile | int) -> str:
         """Call back with every message of a topic; return the topic's full name."""
         name = self._node.resolve_topic_name(topic)
@@ -166,7 +168,7 @@ class _Source:
         self._buffer = buffer
         self._rules = rules
 
-    def take(self, message: Any) -> None:
+    def take(self, message: Odometry | PoseWithCovarianceStamped) -> None:
         """Store a message of the topic."""
         estimate = self._rules.judged(estimate_in(message), self.authority)
         if isinstance(estimate, Incident):
@@ -184,7 +186,7 @@ class _Source:
 
     def _store_moved(self, estimate: EdgeEstimate, carrier: str) -> None:
         """Store an estimate for an edge above its frame, once the transform to it is available."""
-        def store(future: Any) -> None:
+        def store(future: Future) -> None:
             if future.cancelled() or future.exception() is not None:
                 self._buffer.feeds.refuse(
                     not_moved(estimate, carrier, future.exception(), self.authority))
