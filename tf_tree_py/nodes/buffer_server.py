@@ -3,6 +3,7 @@
 
 """The counterpart of tf2's buffer_server, which looks up transforms for other processes."""
 
+from collections.abc import Callable
 import sys
 from typing import Any
 
@@ -57,15 +58,15 @@ class BufferServerNode(ClosingNode):
         self._closing.callback(TransformListener(self.buffer, self).close)
         self._closing.callback(BufferServer(self.buffer, self).close)
         if given['diagnostics']:
-            self._closing.callback(self._diagnostics().close)
+            self._closing.callback(self._diagnostics())
 
-    def _diagnostics(self) -> Any:
+    def _diagnostics(self) -> Callable[[], None]:
         # Imported here, because only diagnostics require diagnostic_msgs.
         try:
             from tf_tree_py.ros.diagnostics import TransformDiagnostics
         except ModuleNotFoundError as error:
             raise BadInput(f'parameter diagnostics: {error.name} is not installed') from error
-        return TransformDiagnostics(self.buffer, self)
+        return TransformDiagnostics(self.buffer, self).close
 
 
 def _unless_zero(seconds: float) -> Duration | None:

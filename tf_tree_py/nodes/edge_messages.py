@@ -9,7 +9,7 @@ jumps.
 """
 
 from collections.abc import Iterator
-from typing import Any
+from typing import get_args, TypeAlias
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
@@ -22,7 +22,7 @@ from tf_tree_py.core.stamp import from_seconds, LATEST
 from tf_tree_py.ros.messages.convert import as_nanoseconds, as_sample
 
 from .bad_input import BadInput
-from .parameters import Setting
+from .parameters import Setting, Values
 
 LIMITS = (
     Setting('max_speed', 0.2, 'how fast a blend may move the frame, in addition to its own '
@@ -32,13 +32,13 @@ LIMITS = (
 )
 
 
-def limits_of(values: dict[str, Any]) -> BlendLimits:
+def limits_of(values: Values) -> BlendLimits:
     """Return the limits of the blend, from the parameters in ``LIMITS``."""
     return BlendLimits(
         from_seconds(values['over']), values['max_speed'], values['max_turn_rate'], 0.0)
 
 
-def frame_of(values: dict[str, Any], key: str) -> str:
+def frame_of(values: Values, key: str) -> str:
     """
     Return the frame that a parameter names, without a leading slash.
 
@@ -52,11 +52,12 @@ def frame_of(values: dict[str, Any], key: str) -> str:
 
 # --- messages
 
-TYPES = {kind.__name__: kind for kind in (
-    Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped, TFMessage)}
+EdgePose: TypeAlias = (
+    Odometry | PoseStamped | PoseWithCovarianceStamped | TransformStamped | TFMessage)
+TYPES = {kind.__name__: kind for kind in get_args(EdgePose)}
 
 
-def message_type(name: str) -> Any:
+def message_type(name: str) -> type[EdgePose]:
     """
     Return the type of a name such as ``nav_msgs/msg/Odometry``, or ``Odometry``.
 
@@ -69,7 +70,7 @@ def message_type(name: str) -> Any:
     return kind
 
 
-def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
+def samples_of(message: EdgePose, parent: str, child: str) -> Iterator[Sample]:
     """
     Yield the samples of an edge in a message.
 
@@ -93,7 +94,7 @@ def samples_of(message: Any, parent: str, child: str) -> Iterator[Sample]:
     yield _sound(sample._replace(child=child), message)
 
 
-def _of_pose(message: Any) -> Sample:
+def _of_pose(message: Odometry | PoseStamped | PoseWithCovarianceStamped) -> Sample:
     pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
     p, q = pose.position, pose.orientation
     return Sample(message.header.frame_id.removeprefix('/'),
@@ -101,7 +102,7 @@ def _of_pose(message: Any) -> Sample:
                   as_nanoseconds(message.header.stamp), (p.x, p.y, p.z, q.x, q.y, q.z, q.w))
 
 
-def _sound(sample: Sample, message: Any) -> Sample:
+def _sound(sample: Sample, message: EdgePose) -> Sample:
     if sample.stamp == LATEST:
         raise InvalidArgumentException('it has no stamp, so its time is unknown')
     impossible = impossible_stamp(message)

@@ -21,7 +21,7 @@ from tf_tree_py.ros.diagnostics import TransformDiagnostics
 from tf_tree_py.ros.topics.qos import dynamic_qos, mismatches, sensor_qos, TF_TOPIC
 
 from .bad_input import BadInput
-from .edge_messages import frame_of, LIMITS, limits_of, message_type, samples_of, TYPES
+from .edge_messages import EdgePose, frame_of, LIMITS, limits_of, message_type, samples_of, TYPES
 from .parameters import declare, given, Setting
 from .robot_topics import RawPublisher, topic_of
 from .running import ClosingNode, main_of
@@ -116,7 +116,7 @@ class EdgeSwitch(ClosingNode):
 
     # --- input
 
-    def _hear(self, source: str, message: Any) -> None:
+    def _hear(self, source: str, message: EdgePose) -> None:
         try:
             for sample in samples_of(message, self._parent, self._child):
                 self._take(source, sample)

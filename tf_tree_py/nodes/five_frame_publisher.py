@@ -15,7 +15,7 @@ from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, Transf
 
 from .bad_input import BadInput, frame_name
 from .five_frame_motion import FiveFrameMotion, Frames
-from .parameters import declare, FRAME_PREFIX, Setting
+from .parameters import declare, FRAME_PREFIX, Setting, Values
 from .running import main_of
 
 NAME = 'five_frame_publisher'
@@ -88,7 +88,7 @@ class FiveFramePublisher(Node):
         self.create_timer(1.0 / rate_hz, send)
 
 
-def _frames(values: dict[str, Any]) -> Frames:
+def _frames(values: Values) -> Frames:
     prefix = values[FRAME_PREFIX.name]
     names = [frame_name(f'parameter {role}_frame', prefix + values[f'{role}_frame'])
              for role in Frames._fields]

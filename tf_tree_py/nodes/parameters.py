@@ -17,6 +17,9 @@ from tf_tree_py.core.text import nearest
 
 from .bad_input import BadInput
 
+Values = dict[str, Any]
+"""The values of parameters by name, each of its own type."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -59,7 +62,7 @@ class Setting:
         raise BadInput(f'parameter {self.name} must be a number from {lowest} to {highest}, '
                        f'not {given!r}')
 
-    def _check_names(self, given: Any) -> list[str]:
+    def _check_names(self, given: object) -> list[str]:
         # ROS turns [] into None, and users omit the brackets around a single name.
         names = [] if given is None else [given] if isinstance(given, str) else given
         if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
@@ -85,7 +88,7 @@ FRAME_PREFIX = Setting('frame_prefix', '', 'a prefix for every frame name, such 
 
 
 def declare(node: Node, settings: Iterable[Setting],
-            others: Iterable[Setting] = ()) -> dict[str, Any]:
+            others: Iterable[Setting] = ()) -> Values:
     """
     Declare parameters, and return their values by name; warn about unknown ones.
 
@@ -135,7 +138,7 @@ def _declare(node: Node, setting: Setting) -> Any:
     return value
 
 
-def _declare_table(node: Node, table: Setting) -> dict[str, Any]:
+def _declare_table(node: Node, table: Setting) -> dict[str, float]:
     given, begin = _given(node), f'{table.name}.'
     if table.name in given:
         raise BadInput(f'parameter {table.name} must be a number for each name, such as '

@@ -12,6 +12,7 @@ from typing import Any
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.task import Future
 from tf_tree_py.beyond.corrections.anchor import Anchor, Remaining, Sighting, Verdict
 from tf_tree_py.beyond.uncertainty.covariances import checked_covariance
 from tf_tree_py.core.errors import TransformException
@@ -102,7 +103,7 @@ class RelocalisationAnchor(ClosingNode):
         self._buffer = Buffer(node=self)
         # The thread of the listener writes its counts.
         self._log = self._buffer.feeds.log
-        self._awaited: set[Any] = set()
+        self._awaited: set[Future] = set()
         self._closing.callback(self._give_up)
         self._closing.callback(TransformListener(self._buffer, self).close)
         self._tf = RawPublisher(self, TF_TOPIC, dynamic_qos())
@@ -127,7 +128,7 @@ class RelocalisationAnchor(ClosingNode):
         self._awaited.add(known)
         known.add_done_callback(partial(self._take, sample.stamp, sample.pose, covariance))
 
-    def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Any) -> None:
+    def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Future) -> None:
         """Take a pose whose odometry has arrived, or will not arrive."""
         self._awaited.discard(known)
         if known.cancelled():

@@ -29,7 +29,7 @@ from .parameters import describe, Setting
 class _DestroyedOnError(type):
     """Destroys an object whose constructor raises; else its publishers would stay in the graph."""
 
-    def __call__(cls, *arguments: Any, **options: Any) -> Any:
+    def __call__(cls, *arguments: object, **options: object) -> Any:
         node: Any = cls.__new__(cls)  # type: ignore[call-overload]
         try:
             node.__init__(*arguments, **options)

@@ -9,6 +9,7 @@ import secrets
 import sys
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -89,7 +90,7 @@ class StaticTransformPublisher(Node):
         self.get_logger().info('Spinning until stopped - publishing\n'
                                + '\n'.join(map(str, transforms)))
 
-    def _publish_covariances(self, now: Any, transforms: Sequence[StaticTransform]) -> None:
+    def _publish_covariances(self, now: Time, transforms: Sequence[StaticTransform]) -> None:
         """Publish covariances on a separate topic, because a TFMessage has no field for them."""
         if not transforms:
             return

@@ -39,7 +39,7 @@ class StaticTransform(NamedTuple):
         return f'{self.parent} -> {self.child}: {self.pose}'
 
 
-def from_words(words: Mapping[str, Any]) -> StaticTransform:
+def from_words(words: Mapping[str, object]) -> StaticTransform:
     """
     Return the transform that keywords describe.
 

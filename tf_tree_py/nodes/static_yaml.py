@@ -8,7 +8,7 @@ YAML 1.1, which PyYAML reads, has more numbers than people expect: 1:30 is 90, 0
 is 1000. Of two equal keys, the last counts.
 """
 
-from typing import Any, TextIO
+from typing import TextIO
 
 import yaml
 
@@ -19,7 +19,7 @@ _TAG = 'tag:yaml.org,2002:'
 _KINDS = {'str': 'a string', 'null': 'nothing', 'timestamp': 'a date', 'binary': 'bytes'}
 
 
-def read_yaml(file: TextIO) -> Any:
+def read_yaml(file: TextIO) -> object:
     """
     Return the content of a file.
 

@@ -34,7 +34,7 @@ from tf_tree_py.ros.topics.qos import (
 from tf_tree_py.thinning import MovingSender, Send, StaticSender, Thinner
 
 from .bad_input import BadInput
-from .parameters import declare, describe, FRAME_PREFIX, Setting
+from .parameters import declare, describe, FRAME_PREFIX, Setting, Values
 from .robot_topics import fit_samples, RawPublisher, RobotTopics, topic_of
 from .running import ClosingNode, run, spin
 
@@ -82,7 +82,7 @@ SETTINGS = (
 )
 
 
-def thinning_of(values: Mapping[str, Any]) -> Thinner:
+def thinning_of(values: Values) -> Thinner:
     """Return the thinner that the parameters describe; its rates use the robot's frame names."""
     names = rename(frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'])
     renamed = {frame: names(frame, frame) or (frame, frame) for frame in values['rates']}
@@ -117,7 +117,7 @@ def logged_by(node: Node) -> Iterator[None]:
         log.removeHandler(handler)
 
 
-def uplink(node: Node, values: Mapping[str, Any]) -> Uplink:
+def uplink(node: Node, values: Values) -> Uplink:
     """
     Return a robot's link to its fleet, configured by the parameters.
 
@@ -137,7 +137,7 @@ def uplink(node: Node, values: Mapping[str, Any]) -> Uplink:
 class FleetInput(Observer):
     """Receives from a fleet, and passes messages on; frames are prefixed with robots' names."""
 
-    def __init__(self, values: Mapping[str, Any], moving: MovingSender,
+    def __init__(self, values: Values, moving: MovingSender,
                  static: StaticSender) -> None:
         """
         Start to receive, until ``close``.
@@ -274,7 +274,6 @@ transforms are sent immediately and completely, also to late subscribers. Transf
 buffer would refuse are not sent, and the log gives the reason. Press Ctrl-C to stop."""
 
 
-Values = Mapping[str, Any]
 Topics = Mapping[str, str]
 
 

@@ -43,7 +43,7 @@ from tf_tree_py.urdf.robot_xml import quoted
 from tf_tree_py.urdf.xacro_files import description_of, DescriptionText
 
 from .bad_input import BadInput
-from .parameters import declare, describe, FRAME_PREFIX, given, Setting
+from .parameters import declare, describe, FRAME_PREFIX, given, Setting, Values
 from .robot_frames import RobotFrames
 from .running import ClosingNode, run, spin
 
@@ -150,7 +150,7 @@ class UrdfBroadcaster(ClosingNode):
             urdf = self._without_option(fallback)
         self._values = self._declared(urdf)
         self._file = None if self._read is None else WatchedFiles(self._read.files)
-        self._next = self._values, self._robot_of(self._values)
+        self._next = self._values, self._robot_of(self._values[_DESCRIBED])
         # Prevents a message of an earlier description from following one of a new description.
         self._lock = threading.Lock()
         self._tf = tf_publisher(self, TF_TOPIC, dynamic_qos(), static=False)
@@ -177,7 +177,7 @@ class UrdfBroadcaster(ClosingNode):
         self._closing.callback(
             Receiver(home, lambda: None, write_counts=self._write_counts).close)
 
-    def _declared(self, urdf: str | None) -> dict[str, Any]:
+    def _declared(self, urdf: str | None) -> Values:
         """Declare the parameters; the description is that of the file, if there is one."""
         if urdf is None:
             return declare(self, SETTINGS)
@@ -199,8 +199,7 @@ class UrdfBroadcaster(ClosingNode):
                                   f'robot_state_publisher does; write --urdf {fallback}')
         return fallback
 
-    def _robot_of(self, values: dict[str, Any]) -> Robot:
-        text = values[_DESCRIBED]
+    def _robot_of(self, text: str) -> Robot:
         if not text.strip():
             raise BadInput(f'no robot is given: set --urdf FILE, or the parameter {_DESCRIBED} '
                            'with the text of a URDF')
@@ -222,7 +221,7 @@ class UrdfBroadcaster(ClosingNode):
             values = self._values | {
                 parameter.name: _BY_NAME[parameter.name].check(parameter.value)
                 for parameter in parameters if parameter.name in _BY_NAME}
-            self._next = values, self._robot_of(values)
+            self._next = values, self._robot_of(values[_DESCRIBED])
         except BadInput as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
