@@ -3,9 +3,10 @@
 
 """The virtual trackball of ``tf_transformations`` (Shoemake 1992): a mouse turns an object."""
 
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
+import numpy.typing as npt
 
 from .transformations import (
     Array,
@@ -15,6 +16,7 @@ from .transformations import (
     quaternion_multiply,
     quaternion_slerp,
     unit_vector,
+    Vector,
     vector_norm,
 )
 
@@ -22,7 +24,7 @@ from .transformations import (
 class Arcball:
     """A sphere in a window; a drag of the cursor turns it."""
 
-    def __init__(self, initial: Any = None) -> None:
+    def __init__(self, initial: npt.ArrayLike | None = None) -> None:
         """
         Start from a quaternion or a 4x4 matrix, or without rotation.
 
@@ -41,11 +43,11 @@ class Arcball:
         self._axes: list[Array] = []
         self._axis: Array | None = None
 
-    def place(self, center: Any, radius: float) -> None:
+    def place(self, center: Vector, radius: float) -> None:
         """Set the centre and the radius in the window's coordinates."""
         self._centre, self._radius = (center[0], center[1]), float(radius)
 
-    def setaxes(self, *axes: Any) -> None:
+    def setaxes(self, *axes: npt.ArrayLike) -> None:
         """Set the axes to which ``setconstrain`` constrains rotations."""
         self._axes = [unit_vector(axis) for axis in axes]
 
@@ -57,14 +59,14 @@ class Arcball:
         """Return whether rotations are constrained."""
         return self._constrained
 
-    def down(self, point: Any) -> None:
+    def down(self, point: Vector) -> None:
         """Begin a drag at a point of the window; the nearest axis will constrain it."""
         self._pressed = arcball_map_to_sphere(point, self._centre, self._radius)
         self._at_press = self._before = self._now
         self._axis = arcball_nearest_axis(self._pressed, self._axes) if self._constrained else None
         self._pressed = self._on_circle(self._pressed)
 
-    def drag(self, point: Any) -> None:
+    def drag(self, point: Vector) -> None:
         """Turn to where the cursor is now."""
         now = self._on_circle(arcball_map_to_sphere(point, self._centre, self._radius))
         self._before = self._now
@@ -86,14 +88,14 @@ class Arcball:
         return point if self._axis is None else arcball_constrain_to_axis(point, self._axis)
 
 
-def arcball_map_to_sphere(point: Any, center: Any, radius: float) -> Array:
+def arcball_map_to_sphere(point: Vector, center: Vector, radius: float) -> Array:
     """Return the point of the unit sphere under a point of the window, whose y points down."""
     x, y = (point[0] - center[0]) / radius, (center[1] - point[1]) / radius
     depth = max(0.0, 1.0 - x**2 - y**2)
     return np.asarray(unit_vector([x, y, depth**0.5]))
 
 
-def arcball_constrain_to_axis(point: Any, axis: Any) -> Array:
+def arcball_constrain_to_axis(point: npt.ArrayLike, axis: npt.ArrayLike) -> Array:
     """Return the nearest point of the sphere's circle about an axis, on the visible side."""
     point, axis = np.asarray(point, dtype=float), np.asarray(axis, dtype=float)
     across = point - axis * (axis @ point)
@@ -106,7 +108,7 @@ def arcball_constrain_to_axis(point: Any, axis: Any) -> Array:
     return np.asarray(unit_vector([-axis[1], axis[0], 0.0]))
 
 
-def arcball_nearest_axis(point: Any, axes: Any) -> Any:
+def arcball_nearest_axis(point: npt.ArrayLike, axes: Iterable[Array]) -> Array | None:
     """Return the axis whose circle is nearest to a point of the sphere, or None without axes."""
     return max(axes, key=lambda axis: arcball_constrain_to_axis(point, axis) @ np.asarray(point),
                default=None)

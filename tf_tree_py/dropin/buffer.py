@@ -42,7 +42,7 @@ from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
-from tf_tree_py.ros.messages.convert import as_nanoseconds
+from tf_tree_py.ros.messages.convert import as_nanoseconds, DurationLike, TimeLike
 from tf_tree_py.ros.waiting.futures import TransformFuture
 from tf_tree_py.screws import carry
 
@@ -209,15 +209,15 @@ class BufferCore(OurBuffer):
 
     # --- as if the program's thread read the transforms
 
-    def lookup_stamped(self, *question: Any) -> tuple[int, PoseTuple]:
+    def lookup_stamped(self, *question: object) -> tuple[int, PoseTuple]:
         """Return the stamp and the pose; see ``Queries``."""
         return self._caught_up(super().lookup_stamped, *question)
 
-    def lookup_full_stamped(self, *question: Any) -> tuple[int, PoseTuple]:
+    def lookup_full_stamped(self, *question: object) -> tuple[int, PoseTuple]:
         """Return the stamp and the pose between two times; see ``Queries``."""
         return self._caught_up(super().lookup_full_stamped, *question)
 
-    def _caught_up(self, lookup: Callable[..., Answer], *question: Any) -> Answer:
+    def _caught_up(self, lookup: Callable[..., Answer], *question: object) -> Answer:
         """
         Look up again if what is missing may have arrived.
 
@@ -280,19 +280,20 @@ class BufferCore(OurBuffer):
     # --- results as in tf2
 
     def can_transform_core(  # type: ignore[override]  # 1 or 0, as in tf2
-            self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
+            self, target_frame: str, source_frame: str, time: TimeLike) -> tuple[int, str]:
         """Return whether the lookup would succeed, as 1 or 0, and the reason if not."""
         return _answered(lambda: self.lookup_transform_core(target_frame, source_frame, time))
 
     def can_transform_full_core(  # type: ignore[override]  # likewise
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str) -> tuple[int, str]:
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str) -> tuple[int, str]:
         """Return whether the lookup between two times would succeed, 1 or 0, and the reason."""
         return _answered(lambda: self.lookup_transform_full_core(
             target_frame, target_time, source_frame, source_time, fixed_frame))
 
     def can_transform(  # type: ignore[override]  # likewise
-            self, target_frame: str, source_frame: str, time: Any, timeout: Any = NO_TIME,
+            self, target_frame: str, source_frame: str, time: TimeLike,
+            timeout: DurationLike = NO_TIME,
             return_debug_tuple: bool = False) -> bool | tuple[int, str]:
         """Return whether a lookup would succeed, or the result of ``can_transform_core``."""
         can = super().can_transform(target_frame, source_frame, time, timeout)
@@ -301,8 +302,8 @@ class BufferCore(OurBuffer):
         return (1, '') if can else self.can_transform_core(target_frame, source_frame, time)
 
     def can_transform_full(  # type: ignore[override]  # likewise
-            self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-            fixed_frame: str, timeout: Any = NO_TIME,
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str, timeout: DurationLike = NO_TIME,
             return_debug_tuple: bool = False) -> bool | tuple[int, str]:
         """Return whether a lookup between two times would succeed, likewise."""
         times = (target_frame, target_time, source_frame, source_time, fixed_frame)
@@ -313,8 +314,8 @@ class BufferCore(OurBuffer):
 
     # --- methods of tf2 only
 
-    def lookupVelocityCore(self, tracking_frame: str, observation_frame: str, time: Any,
-                           averaging_interval: Any) -> tuple[Vector3, Vector3]:
+    def lookupVelocityCore(self, tracking_frame: str, observation_frame: str, time: TimeLike,
+                           averaging_interval: DurationLike) -> tuple[Vector3, Vector3]:
         """
         Return linear and angular velocity as tf2 computes them, its errors included.
 
@@ -326,8 +327,8 @@ class BufferCore(OurBuffer):
 
     def lookupVelocityFullCore(self, tracking_frame: str, observation_frame: str,
                                reference_frame: str, reference_point: Vector3,
-                               reference_point_frame: str, time: Any,
-                               averaging_interval: Any) -> tuple[Vector3, Vector3]:
+                               reference_point_frame: str, time: TimeLike,
+                               averaging_interval: DurationLike) -> tuple[Vector3, Vector3]:
         """Return the velocity of a point, in the axes of a reference frame, likewise."""
         velocity = lookup_velocity(
             self, tracking_frame, observation_frame, self._as_stamp(time),
@@ -335,7 +336,7 @@ class BufferCore(OurBuffer):
             reference_point=reference_point, reference_point_frame=reference_point_frame)
         return velocity.linear, velocity.angular
 
-    def _allFramesAsDot(self, time: Any = None) -> str:
+    def _allFramesAsDot(self, time: TimeLike | None = None) -> str:
         return plain_text.as_dot(self.edges())
 
     def _frameExists(self, frame_id: str) -> bool:
@@ -344,8 +345,8 @@ class BufferCore(OurBuffer):
     def _getFrameStrings(self) -> list[str]:
         return self.frames()
 
-    def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
-               fixed_frame: str) -> list[str]:
+    def _chain(self, target_frame: str, target_time: TimeLike, source_frame: str,
+               source_time: TimeLike, fixed_frame: str) -> list[str]:
         """Return the frames from the source through the fixed one to the target."""
         to_fixed = self.frames_between(fixed_frame, source_frame, self._as_stamp(source_time))
         return to_fixed[:-1] + self.frames_between(

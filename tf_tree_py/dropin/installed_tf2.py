@@ -8,10 +8,12 @@ The tf2_ros of this package needs no registration.
 """
 
 from types import ModuleType
-from typing import Any
+from typing import TypeVar
 
 from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
 from tf_tree_py.ros.messages.registry import TransformRegistration
+
+Message = TypeVar('Message')
 
 
 def register(messages: ModuleType) -> None:
@@ -27,11 +29,9 @@ def register(messages: ModuleType) -> None:
             tf2_ros.ConvertRegistration().add_from_msg(kind, from_msg_msg)
 
 
-def to_msg_msg(msg: Any) -> Any:
-    """Return the message itself: tf2 needs a converter also for messages."""
+def to_msg_msg(msg: Message) -> Message:
+    """Return the message itself: tf2 needs a converter also for messages, in both directions."""
     return msg
 
 
-def from_msg_msg(msg: Any) -> Any:
-    """Return the message itself, likewise."""
-    return msg
+from_msg_msg = to_msg_msg

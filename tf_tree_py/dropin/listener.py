@@ -192,7 +192,7 @@ class TransformListener:
             raise AttributeError(f'this listener has no {name!r}')
         return self._subscriptions[name]
 
-    def _may_read_aside(self, buffer: Any) -> bool:
+    def _may_read_aside(self, buffer: object) -> bool:
         """Return whether no override needs messages, so that bytes are enough."""
         methods = (self.callback, self.static_callback, getattr(buffer, 'set_transform', None),
                    getattr(buffer, 'set_transform_static', None))

@@ -3,10 +3,12 @@
 
 """The rarer 4x4 matrices of ``tf_transformations``: shears, projections, crystals, point sets."""
 
+from collections.abc import Iterable
 import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .transformations import (
     about,
@@ -21,13 +23,14 @@ from .transformations import (
 )
 
 
-def shear_matrix(angle: float, direction: Any, point: Any, normal: Any) -> Array:
+def shear_matrix(angle: float, direction: npt.ArrayLike, point: npt.ArrayLike,
+                 normal: npt.ArrayLike) -> Array:
     """Return the matrix that shears by an angle, along a direction within the plane."""
     sheared = math.tan(angle) * np.outer(unit_vector(direction), unit_vector(normal))
     return about(np.identity(3) + sheared, point)
 
 
-def shear_from_matrix(matrix: Any) -> tuple[float, Array, Array, Array]:
+def shear_from_matrix(matrix: npt.ArrayLike) -> tuple[float, Array, Array, Array]:
     """Return the angle, the direction, and a point and the normal of the plane."""
     matrix = np.asarray(matrix, dtype=float)
     directions, tangents, normals = np.linalg.svd(matrix[:3, :3] - np.identity(3))
@@ -36,8 +39,9 @@ def shear_from_matrix(matrix: Any) -> tuple[float, Array, Array, Array]:
     return math.atan(tangent), direction, height * normal, normal
 
 
-def projection_matrix(point: Any, normal: Any, direction: Any = None, perspective: Any = None,
-                      pseudo: bool = False) -> Array:
+def projection_matrix(point: npt.ArrayLike, normal: Any,
+                      direction: npt.ArrayLike | None = None,
+                      perspective: npt.ArrayLike | None = None, pseudo: bool = False) -> Array:
     """
     Return the matrix that projects onto the plane through a point.
 
@@ -59,7 +63,7 @@ def projection_matrix(point: Any, normal: Any, direction: Any = None, perspectiv
     return matrix
 
 
-def projection_from_matrix(matrix: Any, pseudo: bool = False) -> tuple[
+def projection_from_matrix(matrix: npt.ArrayLike, pseudo: bool = False) -> tuple[
         Array, Array, Array | None, Array | None, bool]:
     """
     Return what ``projection_matrix`` takes; the point is homogeneous.
@@ -106,7 +110,7 @@ def clip_matrix(left: float, right: float, bottom: float, top: float, near: floa
                      [0.0, 0.0, -1.0, 0.0]])
 
 
-def orthogonalization_matrix(lengths: Any, angles: Any) -> Array:
+def orthogonalization_matrix(lengths: Iterable[float], angles: npt.ArrayLike) -> Array:
     """Return the matrix of a crystal's cell, by its three lengths, and angles in degrees."""
     a, b, c = lengths
     (sin_a, sin_b, _), (cos_a, cos_b, cos_g) = (wave(np.radians(angles)) for wave in (
@@ -117,7 +121,7 @@ def orthogonalization_matrix(lengths: Any, angles: Any) -> Array:
                    [a * cos_b, b * cos_a, c]])
 
 
-def superimposition_matrix(v0: Any, v1: Any, scaling: bool = False,
+def superimposition_matrix(v0: npt.ArrayLike, v1: npt.ArrayLike, scaling: bool = False,
                            usesvd: bool = True) -> Array:
     """
     Return the matrix that moves points, (3, N) or (4, N), closest to others (least squares).

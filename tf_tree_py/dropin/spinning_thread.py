@@ -18,6 +18,7 @@ import weakref
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
+from rclpy.executors import Executor
 from rclpy.node import Node
 from tf_tree_py.core.errors import warn
 from tf_tree_py.ros.threads.executors import takes_calls
@@ -52,7 +53,7 @@ class SpinningThread:
         self._wake_always = wake_always
         self._due: deque[Callable[[], object]] = deque()
         # The executor that has not yet run its task.
-        self._woken: Any = None
+        self._woken: Executor | None = None
         self._timer = node.create_timer(
             _AT_ONCE_S, self._call_due, MutuallyExclusiveCallbackGroup(),
             Clock(clock_type=ClockType.STEADY_TIME), autostart=False)

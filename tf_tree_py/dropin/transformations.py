@@ -11,6 +11,7 @@ its negative, an axis and its opposite, or the angles in gimbal lock, the answer
 original package. The rarer matrices and the Arcball have files of their own.
 """
 
+from collections.abc import Sequence
 from itertools import product
 import math
 from typing import Any
@@ -21,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from tf_tree_py.core.geometry import so3
 
 Array = npt.NDArray[np.float64]
+Vector = Sequence[float] | Array
 Axes = str | tuple[int, int, int, int]
 EPSILON = 4 * float(np.finfo(float).eps)
 
@@ -37,22 +39,22 @@ def identity_matrix() -> Array:
     return np.identity(4)
 
 
-def translation_matrix(direction: Any) -> Array:
+def translation_matrix(direction: npt.ArrayLike) -> Array:
     """Return the matrix that translates by a vector."""
     return affine(np.identity(3), direction)
 
 
-def translation_from_matrix(matrix: Any) -> Array:
+def translation_from_matrix(matrix: npt.ArrayLike) -> Array:
     """Return the translation of a matrix."""
     return np.array(matrix, dtype=float)[:3, 3]
 
 
-def rotation_matrix(angle: float, direction: Any, point: Any = None) -> Array:
+def rotation_matrix(angle: float, direction: Vector, point: npt.ArrayLike | None = None) -> Array:
     """Return the matrix that rotates about an axis, through a point or the origin."""
     return about(Rotation.from_rotvec(angle * unit_vector(direction[:3])).as_matrix(), point)
 
 
-def rotation_from_matrix(matrix: Any) -> tuple[float, Array, Array]:
+def rotation_from_matrix(matrix: npt.ArrayLike) -> tuple[float, Array, Array]:
     """
     Return the angle, the axis, and a homogeneous point on the axis.
 
@@ -66,7 +68,8 @@ def rotation_from_matrix(matrix: Any) -> tuple[float, Array, Array]:
     return angle, axis, fixed_point(matrix)
 
 
-def scale_matrix(factor: float, origin: Any = None, direction: Any = None) -> Array:
+def scale_matrix(factor: float, origin: npt.ArrayLike | None = None,
+                 direction: Vector | None = None) -> Array:
     """Return the matrix that scales about an origin, along a direction or along all."""
     if direction is None:
         return about(factor * np.identity(3), origin)
@@ -74,7 +77,7 @@ def scale_matrix(factor: float, origin: Any = None, direction: Any = None) -> Ar
     return about(np.identity(3) - (1.0 - factor) * np.outer(axis, axis), origin)
 
 
-def scale_from_matrix(matrix: Any) -> tuple[float, Array, Array | None]:
+def scale_from_matrix(matrix: npt.ArrayLike) -> tuple[float, Array, Array | None]:
     """
     Return the factor, the origin, and the direction, or None if it scales along all.
 
@@ -89,12 +92,12 @@ def scale_from_matrix(matrix: Any) -> tuple[float, Array, Array | None]:
     return factor, fixed_point(matrix)[:3], direction
 
 
-def reflection_matrix(point: Any, normal: Any) -> Array:
+def reflection_matrix(point: npt.ArrayLike, normal: Vector) -> Array:
     """Return the matrix that reflects at the plane through a point."""
     return scale_matrix(-1.0, point, normal)
 
 
-def reflection_from_matrix(matrix: Any) -> tuple[Array, Array]:
+def reflection_from_matrix(matrix: npt.ArrayLike) -> tuple[Array, Array]:
     """
     Return a point of the plane, and its unit normal.
 
@@ -108,8 +111,9 @@ def reflection_from_matrix(matrix: Any) -> tuple[Array, Array]:
     return fixed_point(matrix)[:3], normal
 
 
-def compose_matrix(scale: Any = None, shear: Any = None, angles: Any = None,
-                   translate: Any = None, perspective: Any = None) -> Array:
+def compose_matrix(scale: npt.ArrayLike | None = None, shear: npt.ArrayLike | None = None,
+                   angles: tuple[float, float, float] | None = None,
+                   translate: npt.ArrayLike | None = None, perspective: object = None) -> Array:
     """
     Return the matrix that shears, then scales, rotates and translates.
 
@@ -125,7 +129,7 @@ def compose_matrix(scale: Any = None, shear: Any = None, angles: Any = None,
     return affine(turned @ scaled, TRANSLATION_IDENTITY if translate is None else translate)
 
 
-def decompose_matrix(matrix: Any) -> tuple[Array, Array, tuple[float, ...], Array, None]:
+def decompose_matrix(matrix: npt.ArrayLike) -> tuple[Array, Array, tuple[float, ...], Array, None]:
     """
     Return what ``compose_matrix`` takes: scale, shear, angles, translation, and None.
 
@@ -140,7 +144,7 @@ def inverse_matrix(matrix: Any) -> Array:
     return np.linalg.inv(matrix)
 
 
-def concatenate_matrices(*matrices: Any) -> Array:
+def concatenate_matrices(*matrices: npt.ArrayLike) -> Array:
     """Return the product of matrices, the first one leftmost."""
     product = np.identity(4)
     for matrix in matrices:
@@ -148,7 +152,7 @@ def concatenate_matrices(*matrices: Any) -> Array:
     return product
 
 
-def is_same_transform(matrix0: Any, matrix1: Any) -> bool:
+def is_same_transform(matrix0: npt.ArrayLike, matrix1: npt.ArrayLike) -> bool:
     """Return whether two matrices are equal, up to their homogeneous scale."""
     first, second = (np.asarray(matrix, dtype=float) for matrix in (matrix0, matrix1))
     return bool(np.allclose(first / first[3, 3], second / second[3, 3]))
@@ -167,7 +171,7 @@ def quaternion_from_euler(ai: float, aj: float, ak: float,
     return tuple(_from_euler(ai, aj, ak, axes).as_quat())
 
 
-def euler_from_matrix(matrix: Any, axes: Axes = 'sxyz') -> tuple[float, ...]:
+def euler_from_matrix(matrix: npt.ArrayLike, axes: Axes = 'sxyz') -> tuple[float, ...]:
     """
     Return the Euler angles of a matrix, 3x3 or 4x4.
 
@@ -192,20 +196,20 @@ def euler_from_matrix(matrix: Any, axes: Axes = 'sxyz') -> tuple[float, ...]:
     return angles[::-1] if turns else angles
 
 
-def euler_from_quaternion(quaternion: Any, axes: Axes = 'sxyz') -> tuple[float, ...]:
+def euler_from_quaternion(quaternion: npt.ArrayLike, axes: Axes = 'sxyz') -> tuple[float, ...]:
     """Return the Euler angles of a quaternion: roll, pitch and yaw unless axes differ."""
     return euler_from_matrix(quaternion_matrix(quaternion), axes)
 
 
 # --- quaternions
 
-def quaternion_about_axis(angle: float, axis: Any) -> tuple[float, ...]:
+def quaternion_about_axis(angle: float, axis: npt.ArrayLike) -> tuple[float, ...]:
     """Return the quaternion of a rotation about an axis."""
     half = angle / 2
     return tuple(np.append(math.sin(half) * unit_vector(axis), math.cos(half)))
 
 
-def quaternion_matrix(quaternion: Any) -> Array:
+def quaternion_matrix(quaternion: npt.ArrayLike) -> Array:
     """Return the matrix of a quaternion, which need not be of length one."""
     quaternion = np.asarray(quaternion, dtype=float)
     if quaternion @ quaternion < np.finfo(float).eps:
@@ -213,7 +217,7 @@ def quaternion_matrix(quaternion: Any) -> Array:
     return affine(Rotation.from_quat(quaternion).as_matrix())
 
 
-def quaternion_from_matrix(matrix: Any) -> tuple[float, ...]:
+def quaternion_from_matrix(matrix: npt.ArrayLike) -> tuple[float, ...]:
     """
     Return the quaternion of a matrix, 3x3 or 4x4, without its scale and shear; w is not negative.
 
@@ -227,18 +231,18 @@ def quaternion_multiply(quaternion1: Any, quaternion0: Any) -> tuple[float, ...]
     return so3.multiply(quaternion1, quaternion0)
 
 
-def quaternion_conjugate(quaternion: Any) -> Array:
+def quaternion_conjugate(quaternion: npt.ArrayLike) -> Array:
     """Return the conjugate of a quaternion."""
     return np.asarray(quaternion, dtype=float) * (-1.0, -1.0, -1.0, 1.0)
 
 
-def quaternion_inverse(quaternion: Any) -> Array:
+def quaternion_inverse(quaternion: npt.ArrayLike) -> Array:
     """Return the inverse of a quaternion."""
     quaternion = np.asarray(quaternion, dtype=float)
     return quaternion_conjugate(quaternion) / (quaternion @ quaternion)
 
 
-def quaternion_slerp(quat0: Any, quat1: Any, fraction: float, spin: int = 0,
+def quaternion_slerp(quat0: Vector, quat1: Vector, fraction: float, spin: int = 0,
                      shortestpath: bool = True) -> Array:
     """
     Return the quaternion at a fraction of the rotation from one to another.
@@ -258,7 +262,7 @@ def quaternion_slerp(quat0: Any, quat1: Any, fraction: float, spin: int = 0,
     return np.asarray(mixed / math.sin(angle))
 
 
-def random_quaternion(rand: Any = None) -> Array:
+def random_quaternion(rand: Vector | None = None) -> Array:
     """Return a random rotation; the same one for the same three numbers from 0 to 1 (Shoemake)."""
     # numpy's global generator: programs call numpy.random.seed.
     first, second, third = np.random.random(3) if rand is None else rand  # noqa: NPY002
@@ -267,14 +271,14 @@ def random_quaternion(rand: Any = None) -> Array:
     return waves * np.sqrt([1.0 - first, 1.0 - first, first, first])
 
 
-def random_rotation_matrix(rand: Any = None) -> Array:
+def random_rotation_matrix(rand: Vector | None = None) -> Array:
     """Return the matrix of a random rotation, likewise."""
     return quaternion_matrix(random_quaternion(rand))
 
 
 # --- vectors
 
-def vector_norm(data: Any, axis: int | None = None, out: Any = None) -> Any:
+def vector_norm(data: npt.ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
     """Return the length of a vector, or of the vectors along an axis; None if ``out`` takes it."""
     data = np.asarray(data, dtype=float)
     if out is not None:
@@ -285,7 +289,7 @@ def vector_norm(data: Any, axis: int | None = None, out: Any = None) -> Any:
     return np.atleast_1d(np.sqrt(np.sum(data**2, axis=axis)))
 
 
-def unit_vector(data: Any, axis: int | None = None, out: Any = None) -> Any:
+def unit_vector(data: npt.ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
     """Return a vector of length one, or those along an axis; None if ``out`` takes them."""
     data = np.asarray(data, dtype=float)
     length = vector_norm(data, axis)
@@ -296,14 +300,14 @@ def unit_vector(data: Any, axis: int | None = None, out: Any = None) -> Any:
     return None
 
 
-def random_vector(size: Any) -> Array:
+def random_vector(size: int | tuple[int, ...]) -> Array:
     """Return random numbers from 0 to 1."""
     return np.asarray(np.random.random(size))  # noqa: NPY002 - likewise
 
 
 # --- parts
 
-def affine(linear: Any, translation: Any = (0.0, 0.0, 0.0)) -> Array:
+def affine(linear: npt.ArrayLike, translation: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """Return the 4x4 matrix of a linear map and a translation."""
     matrix = np.identity(4)
     matrix[:3, :3] = linear
@@ -311,7 +315,7 @@ def affine(linear: Any, translation: Any = (0.0, 0.0, 0.0)) -> Array:
     return matrix
 
 
-def about(linear: Any, point: Any) -> Array:
+def about(linear: Array, point: npt.ArrayLike | None) -> Array:
     """Return the 4x4 matrix of a linear map that keeps a point, or the origin, in its place."""
     point = np.zeros(3) if point is None else np.asarray(point, dtype=float)[:3]
     return affine(linear, point - linear @ point)
@@ -344,7 +348,7 @@ def _doubled_axis(linear: Array) -> Array:
     return np.array([turned[2, 1], turned[0, 2], turned[1, 0]])
 
 
-def _decomposed(matrix: Any) -> tuple[Array, Array, Array]:
+def _decomposed(matrix: npt.ArrayLike) -> tuple[Array, Array, Array]:
     """
     Return rotation, scales and shears: the linear part is rotation @ diag(scales) @ triangle.
 
