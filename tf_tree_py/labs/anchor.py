@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py import screws
@@ -18,7 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = '300 ms late: naive 9 m jumps, anchored 1.4 cm off and no jump'
@@ -205,7 +205,7 @@ def _table(passes: list[Pass], first: int) -> Table:
           float(one.steps[first:].max())) for one in passes])
 
 
-def _draw(passes: list[Pass], first: int, own: float, figure: Any) -> None:
+def _draw(passes: list[Pass], first: int, own: float, figure: Figure) -> None:
     errors, steps = figure.subplots(1, 2, sharey=True)
     names = [one.name for one in passes]
     ours = [name.startswith(Anchored.name) for name in names]
@@ -217,11 +217,11 @@ def _draw(passes: list[Pass], first: int, own: float, figure: Any) -> None:
     steps.set(title='Largest step in 20 ms [cm]')
 
 
-def _bars(axes: Any, names: list[str], ours: list[bool], metres: list[float], most: float) -> None:
+def _bars(axes: Axes, names: list[str], ours: list[bool], sizes: list[float], most: float) -> None:
     """Draw a bar for each; one that is too long for the axis ends there, with its number."""
     colours = [STYLES[3]['color'] if one else GREY for one in ours]
-    axes.barh(names, [100.0 * min(each, 0.9 * most) for each in metres], 0.6, color=colours)
-    for place, each in enumerate(metres):
+    axes.barh(names, [100.0 * min(each, 0.9 * most) for each in sizes], 0.6, color=colours)
+    for place, each in enumerate(sizes):
         cut = each > 0.9 * most
         number = f'{100.0 * each:.0f} \u2192' if cut else f'{100.0 * each:.1f}'
         note(axes, number, (100.0 * min(each, 0.9 * most), place), (-4 if cut else 4, 0),

@@ -5,15 +5,16 @@
 
 from functools import partial
 from math import degrees, dist, radians
-from typing import Any
 
 import numpy as np
 from tf_tree_py import screws
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.calibration import calibrate, Calibration, Limits, Observations
 from tf_tree_py.core import from_seconds, Pose, se3, UNLIMITED
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.times import Stamps
 
-from .pictures import STYLES
+from .pictures import Figure, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'pallets land off while the forklift moves: the mounting, or the stamps?'
@@ -27,7 +28,7 @@ _SCENES = {'nothing': (0.0, 0.0), 'the mounting': (TURNED, 0.0), 'the stamps': (
            'both': (TURNED, LATE_S)}
 
 
-def _map_T_base(seconds: Any) -> Any:
+def _map_T_base(seconds: Array) -> Array:
     """Return poses (N, 7) of a drive forwards and backwards on curves, at up to 0.5 m/s."""
     phase = SPEED * seconds / 1.2
     poses = np.zeros((len(seconds), 7))
@@ -63,7 +64,7 @@ def drive(turned: float, late_s: float, *, turning: bool = True
     return buffer, Observations('camera', _stamps(taken + late_s), seen, 'map', 'pallet')
 
 
-def _stamps(seconds: Any) -> Any:
+def _stamps(seconds: Array) -> Stamps:
     return from_seconds(1.0) + np.round(seconds * 1e9).astype(np.int64)
 
 
@@ -140,7 +141,7 @@ def _shares(found: Calibration) -> Table:
          for each in found.explanations])
 
 
-def _draw(found: Calibration, figure: Any) -> None:
+def _draw(found: Calibration, figure: Figure) -> None:
     left, right = figure.subplots(1, 2, sharey=True)
     trace = found.trace
     seconds = (trace.stamps - trace.stamps[0]) / 1e9

@@ -3,9 +3,10 @@
 
 """Continuous time: lookups for an event camera between poses, and the errors of a spline."""
 
+from collections.abc import Callable
 from functools import partial
 from math import degrees, radians
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py import screws
@@ -17,7 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, name_ticks, STYLES
+from .pictures import Axes, Figure, GREY, name_ticks, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a spline knows between poses what lerp and slerp cut off; at a jump it rings'
@@ -176,7 +177,7 @@ def _upright(heights: Array) -> Array:
     return poses
 
 
-def _in_bands(buffer: BufferCore, height: Any) -> list[float]:
+def _in_bands(buffer: BufferCore, height: Callable[[Stamps], Array]) -> list[float]:
     period, middle = 10**9 // JUMP_RATE_HZ, _START + from_seconds(_SECONDS / 2)
     errors = []
     for number in range(_NEAR_KNOTS):
@@ -258,7 +259,7 @@ def _wrong_table(rows: list[tuple[float, ...]]) -> Table:
          Column('spline_contact_m', 'contact, spline [mm]', '.4f', 1e3)), rows)
 
 
-def _draw(rows: list[Between], figure: Any) -> None:
+def _draw(rows: list[Between], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     rates = [row.rate_hz for row in rows]
     for style, name, label in ((STYLES[1], 'straight_px', 'lerp and slerp'),
@@ -271,7 +272,7 @@ def _draw(rows: list[Between], figure: Any) -> None:
     _draw_jump(right)
 
 
-def _draw_jump(axes: Any) -> None:
+def _draw_jump(axes: Axes) -> None:
     stamps, middle = poses_at(JUMP_RATE_HZ), _START + from_seconds(_SECONDS / 2)
     near = from_seconds(0.06)
     asked = np.arange(middle - near, middle + near, near // 300)

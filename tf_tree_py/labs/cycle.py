@@ -6,14 +6,14 @@
 from collections.abc import Mapping
 from functools import partial
 from itertools import permutations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import GREY, STYLES
+from .pictures import Axes, Figure, GREY, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = "two nodes each claim to be the other's parent: who finds out, and when"
@@ -166,7 +166,7 @@ _PLACES = {'odom': (1.0, 3.8), 'dock': (2.5, 3.8), 'base_link': (1.0, 2.5), 'tor
            'head': (1.0, 0.95), 'camera': (1.0, 0.2)}
 
 
-def _draw(pairs: list[Pair], figure: Any) -> None:
+def _draw(pairs: list[Pair], figure: Figure) -> None:
     tree, theirs, ours = figure.subplots(1, 3, width_ratios=(1.0, 1.25, 1.25))
     _draw_tree(tree)
     _draw_answers(theirs, 'tf2', {
@@ -179,15 +179,17 @@ def _draw(pairs: list[Pair], figure: Any) -> None:
                      f'node;  dark: fails, more than {TF2_MAX_DEPTH} deep', fontsize=8.5)
 
 
-def _draw_answers(axes: Any, who: str,
+def _draw_answers(axes: Axes, who: str,
                   answers: Mapping[tuple[str, str], tuple[float | None, bool]]) -> None:
     """Draw a square for each pair of frames: x, or that the lookup fails."""
+    from matplotlib.patches import Rectangle
     for (target, source), (x, by_second) in answers.items():
         column, row = FRAMES.index(source), FRAMES.index(target)
         text, face, ink = 'fails', '#565656', 'white'
         if x is not None:
             text, face, ink = f'{x:.1f}', '#dcdcdc' if by_second else 'white', 'black'
-        axes.add_patch(_square(column, row, face))
+        axes.add_patch(Rectangle(
+            (column - 0.5, row - 0.5), 1.0, 1.0, facecolor=face, edgecolor='black'))
         axes.annotate(text, (column, row), ha='center', va='center', color=ink,
                       style='italic' if by_second else 'normal')
     failed = sum(x is None for x, _ in answers.values())
@@ -197,12 +199,7 @@ def _draw_answers(axes: Any, who: str,
     axes.grid(visible=False)
 
 
-def _square(column: int, row: int, face: str) -> Any:
-    from matplotlib.patches import Rectangle
-    return Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, facecolor=face, edgecolor='black')
-
-
-def _draw_tree(axes: Any) -> None:
+def _draw_tree(axes: Axes) -> None:
     """Draw the frames, arrows from parent to child."""
     arrow = {'arrowstyle': '-|>', 'linewidth': 1.6}
     loop = {**arrow, 'connectionstyle': 'arc3,rad=0.4', 'shrinkA': 14.0, 'shrinkB': 14.0}

@@ -5,16 +5,16 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import pi, radians
-from typing import Any, NamedTuple
+from math import hypot, pi, radians
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'the way back is the inverse, not the transpose; "is it in front of me?"'
@@ -26,7 +26,7 @@ _STAMP = from_seconds(1.0)
 _TRIALS = 500
 
 
-def is_in_front(robot_T_source: Pose, source_p: Sequence[float],
+def is_in_front(robot_T_source: Pose, source_p: Sequence[float] | Array,
                 forward: Sequence[float] = (1.0, 0.0, 0.0)) -> bool:
     """
     Return whether a point lies ahead of the robot, which reveals a swapped lookup.
@@ -52,26 +52,26 @@ def robot_at(map_T_base: Pose) -> BufferCore:
 
 # What programs compute from camera_T_map to obtain a point of the camera in the map.
 
-def _inverse(camera_T_map: Pose, camera_p: Any) -> Any:
+def _inverse(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
     return camera_T_map.inverse() @ camera_p
 
 
-def _swapped(camera_T_map: Pose, camera_p: Any) -> Any:
+def _swapped(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
     return camera_T_map @ camera_p
 
 
-def _transposed(camera_T_map: Pose, camera_p: Any) -> Any:
+def _transposed(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
     """Use the transpose of the whole 4 x 4 matrix, and the first three numbers of the product."""
     return (camera_T_map.as_matrix().T @ [*camera_p, 1.0])[:3]
 
 
-def _negated(camera_T_map: Pose, camera_p: Any) -> Any:
+def _negated(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
     """Rotate back, but subtract a translation whose coordinates are the camera's."""
     matrix = camera_T_map.as_matrix()
     return matrix[:3, :3].T @ camera_p - matrix[:3, 3]
 
 
-WAYS: dict[str, Callable[[Pose, Any], Any]] = {
+WAYS: dict[str, Callable[[Pose, Sequence[float]], Array]] = {
     'the inverse': _inverse,
     'none, the arguments swapped': _swapped,
     'the 4 x 4 matrix transposed': _transposed,
@@ -90,7 +90,7 @@ class Outcome(NamedTuple):
     """
 
     way: str
-    map_p: npt.NDArray[np.float64]
+    map_p: Array
     error: float
     behind: float
     other_range: float
@@ -109,7 +109,7 @@ def outcome(way: str, map_T_base: Pose) -> Outcome:
         seen = WAYS[way](buffer.lookup('camera', 'map'), CAMERA_P)
         behind += not is_in_front(buffer.lookup('base_link', 'map'), seen)
         camera_p = buffer.lookup('camera', 'map') @ seen
-        other_range += abs(np.linalg.norm(camera_p) - np.linalg.norm(CAMERA_P)) > 0.01
+        other_range += abs(hypot(*camera_p) - hypot(*CAMERA_P)) > 0.01
     return Outcome(way, map_p, float(np.linalg.norm(map_p - truth)), behind / _TRIALS,
                    other_range / _TRIALS)
 
@@ -146,7 +146,7 @@ def run() -> Report:
         draw=partial(_draw, outcomes, map_T_base))
 
 
-def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Any) -> None:
+def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     _draw_places(left, outcomes, map_T_base)
     heights = np.arange(len(outcomes))
@@ -168,7 +168,7 @@ def _draw(outcomes: list[Outcome], map_T_base: Pose, figure: Any) -> None:
     right.legend(loc='upper right')
 
 
-def _draw_places(axes: Any, outcomes: list[Outcome], map_T_base: Pose) -> None:
+def _draw_places(axes: Axes, outcomes: list[Outcome], map_T_base: Pose) -> None:
     # The half-plane behind the robot: everything with a negative x in its frame.
     behind = map_T_base @ [(0.0, 20.0, 0.0), (0.0, -20.0, 0.0), (-20.0, -20.0, 0.0),
                            (-20.0, 20.0, 0.0)]

@@ -5,7 +5,7 @@
 
 from functools import partial
 from math import degrees, pi, tau
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, name_ticks, STYLES
+from .pictures import Axes, Figure, GREY, name_ticks, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a shaken camera, poses at 20 Hz: 0.16 rad off, with a gyroscope 0.0001'
@@ -167,7 +167,7 @@ def _hole_table(offs: list[float]) -> Table:
         [*zip(HOLES_S, offs, strict=True)])
 
 
-def _draw(gaps: list[Gap], figure: Any) -> None:
+def _draw(gaps: list[Gap], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     rates = [one.rate_hz for one in gaps]
     left.loglog(rates, [degrees(one.alone) for one in gaps], **STYLES[0], label='slerp')
@@ -180,7 +180,7 @@ def _draw(gaps: list[Gap], figure: Any) -> None:
     _draw_course(right)
 
 
-def _draw_course(axes: Any) -> None:
+def _draw_course(axes: Axes) -> None:
     """Draw the true yaw over time, and the result of lookups."""
     stamps = np.arange(0, from_seconds(0.4), 1_000_000)
     poses = stamps_at(20.0)

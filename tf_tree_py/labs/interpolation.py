@@ -6,7 +6,7 @@
 from collections.abc import Sequence
 from functools import partial
 from math import degrees, dist, radians, sin, sqrt, tau
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.se3 import distance_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .latency import Motion, pose_at
-from .pictures import GREY, name_ticks, note, STYLES
+from .pictures import Axes, Figure, GREY, name_ticks, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'between samples a curve is cut by a T^2/8; a jump invents poses'
@@ -182,7 +182,7 @@ def _jump_table() -> Table:
         rows)
 
 
-def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
+def _draw(curves: dict[float, list[Gap]], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     for style, (rate, gaps) in zip(STYLES[1:], curves.items(), strict=True):
         left.loglog([gap.rate_hz for gap in gaps], [gap.moved * 1e3 for gap in gaps],
@@ -197,7 +197,7 @@ def _draw(curves: dict[float, list[Gap]], figure: Any) -> None:
     _draw_jump(right)
 
 
-def _draw_jump(axes: Any) -> None:
+def _draw_jump(axes: Axes) -> None:
     """Draw the answers of lookups during a correction by a localiser."""
     period, height = JUMP_PERIOD / 1e6, JUMP.y * 100.0
     axes.plot([-2.0 * period, 0.0, 0.0, period], [0.0, 0.0, height, height], color=GREY,

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterable
 from functools import partial
 from math import dist, hypot, sin
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -14,7 +14,7 @@ from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.screws import exp
 
-from .pictures import GREY, STYLES
+from .pictures import Axes, Figure, GREY, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = "a late lookup is wrong by speed times delay; the header's stamp is not"
@@ -201,7 +201,7 @@ _DRAWN_MS = range(0, 501, 100)
 _BETWEEN_MS = range(50, 500, 100)
 
 
-def _draw(fits: dict[float, float], figure: Any) -> None:
+def _draw(fits: dict[float, float], figure: Figure) -> None:
     straight, turned = figure.subplots(1, 2, sharex=True, sharey=True)
     for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
         straight.plot(_DRAWN_MS, [late.asked_late * 100.0 for late in _late(speed, _DRAWN_MS)],
@@ -222,7 +222,7 @@ def _late(speed: float, delays_ms: Iterable[int]) -> list[Late]:
     return [lateness(speed, from_seconds(delay / 1e3)) for delay in delays_ms]
 
 
-def _draw_turning(axes: Any) -> None:
+def _draw_turning(axes: Axes) -> None:
     for style, rate in zip(STYLES[1:3], (1.0, 2.0), strict=True):
         turns = [turning(rate, from_seconds(delay / 1e3)) for delay in _DRAWN_MS]
         axes.plot(_DRAWN_MS, [turn.asked_late * 100.0 for turn in turns], **style,

@@ -6,7 +6,7 @@
 from collections.abc import Iterator
 from functools import partial
 from math import radians
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.urdf import Robot
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .remount import moving, SENSORS
 from .report import Column, Report, Table
 
@@ -169,7 +169,7 @@ def _table(rows: list[Edit], pairs: int) -> Table:
           row.others, max(row.moved)) for row in rows if row.edge[1] in SHOWN])
 
 
-def _draw(rows: list[Edit], figure: Any) -> None:
+def _draw(rows: list[Edit], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     frames = len(rows) + 1
     below = np.arange(0, frames + 1)
@@ -184,7 +184,7 @@ def _draw(rows: list[Edit], figure: Any) -> None:
     _draw_moved(right, [row for row in rows if row.edge[1] in SHOWN])
 
 
-def _draw_moved(axes: Any, rows: list[Edit]) -> None:
+def _draw_moved(axes: Axes, rows: list[Edit]) -> None:
     """Draw how far each edit moves the frame below it that moves most, and how far away it is."""
     moved = [100.0 * max(row.moved) for row in rows]
     bars = axes.barh(range(len(rows)), moved, 0.5, facecolor='white',

@@ -3,6 +3,7 @@
 
 """Composition does not commute: the worked example, its exercise, and the wrong order."""
 
+from collections.abc import Iterable
 from functools import partial, reduce
 from math import pi
 from operator import matmul
@@ -12,7 +13,7 @@ import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'first turn, then go is not first go, then turn; what hides it'
@@ -26,7 +27,7 @@ LEFT_TURN = Pose.from_xyz_rpy(yaw=pi / 2)
 EXAMPLE = (Pose(2.0, 0.0, 0.0), Pose(0.5, 1.0, 0.0), Pose(0.2, 0.0, 0.8))
 EXERCISE = (EXAMPLE[0], EXAMPLE[1] @ LEFT_TURN, EXAMPLE[2])
 
-Chain = tuple[Pose, Pose, Pose]
+Chain = tuple[Pose, ...]
 
 
 def tree(chain: Chain) -> BufferCore:
@@ -53,7 +54,7 @@ def point(chain: Chain) -> tuple[float, ...]:
     return _rounded(tree(chain).lookup('map', 'camera') @ CAMERA_P)
 
 
-def _rounded(vector: Any) -> tuple[float, ...]:
+def _rounded(vector: Iterable[float]) -> tuple[float, ...]:
     """Return a vector that is rounded for reading: 1e-9 m becomes 0, and -0.0 becomes 0.0."""
     return tuple(round(float(number), 9) + 0.0 for number in vector)
 
@@ -72,7 +73,7 @@ def symptoms() -> list[tuple[str, ...]]:
     return rows
 
 
-def _symptom(edge: str, chain: Any) -> tuple[str, ...]:
+def _symptom(edge: str, chain: Chain) -> tuple[str, ...]:
     lookup = tree(chain).lookup
     facing = [placed(lookup(target, source))[1] for target, source in (
         ('odom', 'base_link'), ('map', 'base_link'), ('base_link', 'camera'))]
@@ -108,7 +109,7 @@ def run() -> Report:
         draw=partial(_draw, both))
 
 
-def _apart(a: Any, b: Any) -> float:
+def _apart(a: tuple[float, ...], b: tuple[float, ...]) -> float:
     return float(np.linalg.norm(np.subtract(a, b)))
 
 
@@ -122,7 +123,8 @@ def _steps_table(title: str, chain: Chain, seen: tuple[float, ...]) -> Table:
         [*rows, ('map_p', str(seen), '')])
 
 
-def _orders_table(right: dict[str, Any], wrong: dict[str, Any]) -> Table:
+def _orders_table(right: dict[str, tuple[float, ...]],
+                  wrong: dict[str, tuple[float, ...]]) -> Table:
     return Table(
         'The point in the map, composed from the right end and from the wrong one',
         (Column('of', 'of'), Column('right_m', 'map_T_odom odom_T_base base_T_camera [m]'),
@@ -141,7 +143,7 @@ def _symptom_table(rows: list[tuple[str, ...]]) -> Table:
          Column('camera_origin_m', 'camera in map [m]')), rows)
 
 
-def _draw(both: list[tuple[str, str, Pose]], figure: Any) -> None:
+def _draw(both: list[tuple[str, str, Pose]], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     _frame(left, Pose(), 'start', GREY, 'dashed', (8, -14))
     for (product, words, pose), style, line, offset in zip(
@@ -154,7 +156,7 @@ def _draw(both: list[tuple[str, str, Pose]], figure: Any) -> None:
     _draw_exercise(right)
 
 
-def _draw_exercise(axes: Any) -> None:
+def _draw_exercise(axes: Axes) -> None:
     buffer = tree(EXERCISE)
     offsets = {'map': (4, -14), 'odom': (4, -14), 'base_link': (10, -12), 'camera': (10, 6)}
     # Base and camera are only 0.2 m apart, so one is dashed and larger.

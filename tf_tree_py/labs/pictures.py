@@ -6,9 +6,15 @@
 from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from tf_tree_py.files.whole_files import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+else:  # a lab without its picture needs no matplotlib
+    Axes = Figure = object
 
 INSTALL = 'No picture: drawing requires matplotlib (pip install matplotlib)'
 
@@ -43,7 +49,7 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
-def note(axes: Any, text: str, point: Any, offset: tuple[float, float], **options: Any) -> None:
+def note(axes: Axes, text: str, point: Any, offset: tuple[float, float], **options: Any) -> None:
     """
     Write a text beside a point.
 
@@ -53,7 +59,7 @@ def note(axes: Any, text: str, point: Any, offset: tuple[float, float], **option
     axes.annotate(text, point, offset, textcoords='offset points', **options)
 
 
-def name_ticks(axes: Any, values: Sequence[float]) -> None:
+def name_ticks(axes: Axes, values: Sequence[float]) -> None:
     """Mark just these values on the x axis, which may be logarithmic."""
     axes.set_xticks(values, [f'{value:g}' for value in values])
     axes.minorticks_off()
@@ -63,7 +69,7 @@ class NoPicture(Exception):
     """The picture cannot be drawn or written; the text says why."""
 
 
-def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:
+def save(draw: Callable[[Figure], None], folder: Path, name: str) -> list[Path]:
     """
     Draw a picture and write it as PNG and SVG.
 
@@ -87,14 +93,14 @@ def save(draw: Callable[[Any], None], folder: Path, name: str) -> list[Path]:
     return paths
 
 
-def _write(figure: Any, path: Path, **options: Any) -> None:
+def _write(figure: Figure, path: Path, **options: Any) -> None:
     """Write a picture; if that fails, an existing file is unchanged."""
     drawn = BytesIO()
     figure.savefig(drawn, format=path.suffix[1:], **options)
     write_whole(path, [drawn.getbuffer()])
 
 
-def figure_of(draw: Callable[[Any], None]) -> Any:
+def figure_of(draw: Callable[[Figure], None]) -> Figure:
     """
     Return the matplotlib ``Figure`` of a picture.
 

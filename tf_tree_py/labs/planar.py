@@ -11,7 +11,7 @@ z. It also returns the residual that a planar pose omits: the error of a planar 
 from functools import partial
 import math
 from math import degrees, hypot, radians, sin
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -19,7 +19,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 PlanarTuple = tuple[float, float, float]
@@ -169,7 +169,7 @@ def _point_table(points: list[tuple[str, float, float]]) -> Table:
          Column('up_m', 'off in height [cm]', '.2f', 100.0)), points)
 
 
-def _draw(rows: list[Floor], figure: Any) -> None:
+def _draw(rows: list[Floor], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     for style, height in zip(STYLES, HEIGHTS, strict=False):
         line = [row for row in rows if row.height == height]
@@ -181,7 +181,7 @@ def _draw(rows: list[Floor], figure: Any) -> None:
     _draw_side(right)
 
 
-def _draw_side(axes: Any) -> None:
+def _draw_side(axes: Axes) -> None:
     """Draw a robot on a slope from the side; the tilt is exaggerated."""
     lean, height = radians(20.0), 1.0
     foot, top = (0.9, 0.0), (0.9 + height * sin(lean), height * np.cos(lean))

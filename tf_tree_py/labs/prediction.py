@@ -5,7 +5,7 @@
 
 from functools import partial
 from math import dist, sin, sqrt, tau
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -13,7 +13,7 @@ from tf_tree_py.core import FutureExtrapolationException, Pose
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .coverage import by_robot
-from .pictures import GREY, name_ticks, STYLES
+from .pictures import Axes, Figure, GREY, name_ticks, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'beyond the newest data: how far off, and whether the covariance knows it'
@@ -164,7 +164,7 @@ def _robot_table() -> Table:
          Column('wider', 'sigma/error', '.1f')), by_robot())
 
 
-def _draw(aheads: list[Ahead], figure: Any) -> None:
+def _draw(aheads: list[Ahead], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     times = [as_seconds(one.ahead) * 1e3 for one in aheads]
     for style, name, label in zip(STYLES, ('latest', 'predicted', 'claimed'), (
@@ -176,7 +176,7 @@ def _draw(aheads: list[Ahead], figure: Any) -> None:
     _draw_course(right)
 
 
-def _draw_course(axes: Any) -> None:
+def _draw_course(axes: Axes) -> None:
     """Draw the predictions from a few moments, with their ellipses."""
     way = np.array([slalom(stamp)[:2] for stamp in range(_BEGIN, _END, PERIOD)])
     axes.plot(*way.T, color=GREY, linewidth=4.0, alpha=0.4, label='true path')

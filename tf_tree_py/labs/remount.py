@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from functools import partial
 from math import degrees, dist, radians
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -16,7 +16,7 @@ from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.queries import Queries
 
-from .pictures import GREY, name_ticks, note, STYLES
+from .pictures import Axes, Figure, GREY, name_ticks, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'one camera is remounted: 456 hard-coded places against one edge'
@@ -202,7 +202,7 @@ def _forgotten_table(rows: list[Forgotten]) -> Table:
         [(*row.module, row.edges, row.uses_it, row.moved, row.turned) for row in rows])
 
 
-def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
+def _draw(counts: list[Places], rows: list[Forgotten], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     heights = np.arange(len(counts))
     # A logarithmic axis shows 1 beside 456. It has no zero, so there are dots instead of bars.
@@ -226,7 +226,7 @@ def _draw(counts: list[Places], rows: list[Forgotten], figure: Any) -> None:
     _draw_forgotten(right, [row for row in rows if row.uses_it])
 
 
-def _draw_forgotten(axes: Any, rows: list[Forgotten]) -> None:
+def _draw_forgotten(axes: Axes, rows: list[Forgotten]) -> None:
     heights = np.arange(len(rows))
     axes.barh(heights, [row.moved * 100.0 for row in rows], facecolor='white', hatch='////',
               edgecolor=STYLES[1]['color'])

@@ -6,9 +6,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import textwrap
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tf_tree_py.reports.plain_text import as_lines
+
+from .pictures import Figure
 
 _WIDTH = 96
 
@@ -28,7 +30,7 @@ class Column(NamedTuple):
     style: str = ''
     scale: float = 1.0
 
-    def write(self, value: Any) -> str:
+    def write(self, value: object) -> str:
         """Return a value as text for the table; a dash for None."""
         if value is None:
             return '-'
@@ -46,7 +48,7 @@ class Table:
 
     title: str
     columns: Sequence[Column]
-    rows: Sequence[Sequence[Any]]
+    rows: Sequence[Sequence[object]]
 
     def as_text(self) -> str:
         """Return the table as lines for a terminal: text is aligned left, numbers right."""
@@ -57,7 +59,7 @@ class Table:
                    if not any(isinstance(row[number], str) for row in self.rows)]
         return '\n'.join([self.title, *as_lines([heads, *cells], numbers, rule=True)])
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the table for JSON: each row by the columns' keys."""
         keys = [column.key for column in self.columns]
         return {'title': self.title,
@@ -78,8 +80,8 @@ class Report:
     tables: Sequence[Table]
     law: str
     remarks: Sequence[str] = ()
-    numbers: Mapping[str, Any] = field(default_factory=dict)
-    draw: Callable[[Any], None] | None = None
+    numbers: Mapping[str, object] = field(default_factory=dict)
+    draw: Callable[[Figure], None] | None = None
 
     def as_text(self) -> str:
         """Return the report for a terminal."""
@@ -87,7 +89,7 @@ class Report:
         parts += [_wrapped(remark) for remark in self.remarks]
         return '\n\n'.join([*parts, _wrapped(f'The law: {self.law}')])
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """Return the report for JSON."""
         return {'law': self.law, 'numbers': dict(self.numbers), 'remarks': list(self.remarks),
                 'tables': [table.as_dict() for table in self.tables]}

@@ -16,7 +16,7 @@ covariance is that of least squares: the inverse of J^T J times the variance of 
 
 from functools import partial
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -29,7 +29,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
-from .pictures import STYLES
+from .pictures import Figure, STYLES
 from .report import Column, Report, Table
 
 WIDTH, HEIGHT = 48, 36
@@ -307,7 +307,7 @@ def run() -> Report:
         draw=partial(_draw, scene, ridden))
 
 
-def _draw(scene: Scene, ridden: Ride, figure: Any) -> None:
+def _draw(scene: Scene, ridden: Ride, figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     left.imshow(np.clip(picture(scene, driven(0)), 0.0, 1.0), interpolation='nearest')
     left.set(title='What the camera sees', xticks=[], yticks=[])

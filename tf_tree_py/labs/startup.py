@@ -8,13 +8,13 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor
 from functools import partial
 import threading
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose, TransformException
 
-from .pictures import GREY, note, STYLES
+from .pictures import Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'lookups at startup, with and without a timeout: who fails, and how long'
@@ -158,7 +158,7 @@ def _table(programs: Mapping[float, Sequence[Start]]) -> Table:
          Column('worst_s', 'worst [ms]', '.1f', 1e3)), rows)
 
 
-def _draw(programs: Mapping[float, Sequence[Start]], figure: Any) -> None:
+def _draw(programs: Mapping[float, Sequence[Start]], figure: Figure) -> None:
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     times = np.sort([one.success_s for one in programs[TIMEOUTS_S[-1]]])
     left.plot(np.concatenate([[0.0], times]), np.arange(len(times) + 1) / len(times) * 100.0,

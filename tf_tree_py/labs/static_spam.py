@@ -5,7 +5,7 @@
 
 from functools import partial
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose, Sample, TransformException
@@ -13,7 +13,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.wire import WireReader, write
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
-from .pictures import STYLES
+from .pictures import Axes, Figure, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a calibration sent at 100 Hz, or once: bytes, CPU, and when its sender dies'
@@ -148,7 +148,7 @@ def _death_table(moving: list[Death], fixed: list[Death]) -> Table:
          for one, other in zip(moving, fixed, strict=True)])
 
 
-def _draw(moving: list[Death], fixed: list[Death], figure: Any) -> None:
+def _draw(moving: list[Death], fixed: list[Death], figure: Figure) -> None:
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
     answered = [death for death in moving if isinstance(death.latest, float)]
     axes.plot([death.after_s for death in answered], [death.latest for death in answered],
@@ -161,7 +161,7 @@ def _draw(moving: list[Death], fixed: list[Death], figure: Any) -> None:
     _draw_outcomes(strip, moving, fixed)
 
 
-def _draw_outcomes(axes: Any, moving: list[Death], fixed: list[Death]) -> None:
+def _draw_outcomes(axes: Axes, moving: list[Death], fixed: list[Death]) -> None:
     """Draw a bar for each kind of lookup: when it is right, wrong, or raises."""
     ways = (('/tf_static, either', fixed, 'stamped'),
             (f'{RATE_HZ} Hz, the latest', moving, 'latest'),

@@ -15,7 +15,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'wheels slip, a camera takes over: 40 cm in one step, or 0.3 m/s'
@@ -133,7 +133,7 @@ def run() -> Report:
         draw=partial(_draw, runs, at))
 
 
-def _draw(runs: list[Run], at: int, figure: Any) -> None:
+def _draw(runs: list[Run], at: int, figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     near = abs(_STAMPS - at) <= from_seconds(3.0)
     for one, style in zip(runs, _LINES, strict=True):
@@ -147,7 +147,7 @@ def _draw(runs: list[Run], at: int, figure: Any) -> None:
     _draw_limits(right, at, runs)
 
 
-def _draw_limits(axes: Any, at: int, runs: list[Run]) -> None:
+def _draw_limits(axes: Axes, at: int, runs: list[Run]) -> None:
     """Draw the time of the switch, and the limit of the apparent speed."""
     allowed, jump = _SPEED + MAX_SPEED, runs[1].steps.max() / as_seconds(_STEP)
     axes.axhline(allowed, color=GREY, linewidth=0.8)

@@ -14,7 +14,7 @@ from pathlib import Path
 import sys
 import threading
 import time
-from typing import Any, TYPE_CHECKING
+from typing import TextIO, TYPE_CHECKING
 
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser, print_json
@@ -135,7 +135,7 @@ def _run(lab: 'Lab', live: bool, folder: Path | None, as_json: bool) -> None:
         print('The picture: ' + ', '.join(pictures))
 
 
-def _draw(report: Report, folder: Path, name: str, tell: Any) -> list[str]:
+def _draw(report: Report, folder: Path, name: str, tell: TextIO) -> list[str]:
     if report.draw is None:
         return []
     try:

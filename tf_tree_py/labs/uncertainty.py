@@ -6,7 +6,7 @@
 from collections.abc import Sequence
 from functools import partial
 from math import radians, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -14,7 +14,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 
-from .pictures import GREY, name_ticks, note, STYLES
+from .pictures import Axes, Figure, GREY, name_ticks, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'one degree of mounting error is 9 cm at 5 m; which edge an error comes from'
@@ -126,7 +126,7 @@ def _frames_table() -> Table:
                  (Column('target', 'in'), Column('sigma_m', 'off by [cm]', '.2f', 100.0)), rows)
 
 
-def _draw(spreads: list[Spread], figure: Any) -> None:
+def _draw(spreads: list[Spread], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     distances = [one.distance for one in spreads]
     left.loglog(distances, [one.by_angle * 100.0 for one in spreads], **STYLES[0],
@@ -142,7 +142,7 @@ def _draw(spreads: list[Spread], figure: Any) -> None:
     _draw_budget(right)
 
 
-def _draw_budget(axes: Any) -> None:
+def _draw_budget(axes: Axes) -> None:
     """Draw the contribution of each edge, and the total."""
     buffer = robot()
     budget = buffer.lookup_budget('map', 'thing')

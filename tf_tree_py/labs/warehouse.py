@@ -3,10 +3,10 @@
 
 """A moving forklift misses its pallet, and the audit finds the faulty line of code."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from math import degrees, dist
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.buffer_core import BufferCore
@@ -15,7 +15,7 @@ from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.reports.audit import LookupAudit
 from tf_tree_py.screws import exp
 
-from .pictures import GREY, note, STYLES
+from .pictures import Axes, Figure, GREY, note, STYLES
 from .report import Column, Report, Table
 
 SUMMARY = 'a forklift is right when it stands and wrong when it moves; whose line?'
@@ -174,7 +174,7 @@ def _audit_table() -> Table:
          Column('meaning', '')), rows)
 
 
-def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Any) -> None:
+def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     _draw_triangle(left, straight, turning, curve)
     delays = np.linspace(0.0, 150.0, 7)
@@ -191,11 +191,11 @@ def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Any) -> None:
     right.legend(loc='upper left')
 
 
-def _sizes_cm(scene: str, way: str, delays: Any) -> list[float]:
+def _sizes_cm(scene: str, way: str, delays: Iterable[float]) -> list[float]:
     return [miss(scene, way, from_seconds(delay / 1e3))[0].size * 100.0 for delay in delays]
 
 
-def _draw_triangle(axes: Any, straight: Miss, turning: Miss, curve: Miss) -> None:
+def _draw_triangle(axes: Axes, straight: Miss, turning: Miss, curve: Miss) -> None:
     """Draw how translation and rotation add up, from above."""
     corner = (straight.ahead * 100.0, 0.0)
     tip = (curve.ahead * 100.0, curve.left * 100.0)

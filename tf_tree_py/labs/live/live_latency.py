@@ -7,13 +7,14 @@ from collections.abc import Iterator
 from functools import partial
 from multiprocessing.connection import Connection
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from tf_tree_py.core import LATEST, TransformException
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
@@ -22,7 +23,7 @@ from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, Transf
 
 from .live_session import listening, session, ticks
 from ..latency import BASE_T_CAMERA, DELAYS, PERIOD, pose_at, SPEEDS
-from ..pictures import STYLES
+from ..pictures import Figure, STYLES
 from ..report import Column, Report, Table
 
 _IMAGES = 30
@@ -130,7 +131,7 @@ def _raises(buffer: Buffer, speed: float, now: int) -> bool:
     return False
 
 
-def _report(looks: list[LookupErrors], ages: Any) -> Report:
+def _report(looks: list[LookupErrors], ages: Array) -> Report:
     fits = {speed: _fit(looks, speed) for speed in SPEEDS}
     median, most, worst = (float(np.quantile(ages, q)) for q in (0.5, 0.99, 1.0))
     stamped = max(abs(look.stamped) for look in looks)
@@ -184,7 +185,8 @@ def _table(looks: list[LookupErrors]) -> Table:
          Column('now_raised', 'now: raised an error [%]', '.0f', 100.0)), rows)
 
 
-def _draw(looks: list[LookupErrors], fits: dict[float, tuple[float, float]], figure: Any) -> None:
+def _draw(looks: list[LookupErrors], fits: dict[float, tuple[float, float]],
+          figure: Figure) -> None:
     axes = figure.subplots()
     for style, speed in zip(STYLES[1:], SPEEDS, strict=True):
         own = [look for look in looks if look.speed == speed]

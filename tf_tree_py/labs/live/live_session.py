@@ -92,7 +92,7 @@ class Session:
         self._nodes.append(small_node(name, self.context))
         return self._nodes[-1]
 
-    def start(self, work: Work, *arguments: Any) -> Connection:
+    def start(self, work: Work, *arguments: object) -> Connection:
         """
         Start a process that calls ``work(node, pipe, *arguments)``; return our end of the pipe.
 
@@ -170,7 +170,7 @@ def _keeping_ctrl_c() -> Iterator[None]:
         handler(*pressed[0])
 
 
-def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[Any, ...]) -> None:
+def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[object, ...]) -> None:
     """Run in a started process; Ctrl-C is for the lab, whose end closes the pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _surround_by(domain_id)

@@ -6,7 +6,7 @@
 from contextlib import ExitStack
 from multiprocessing.connection import Connection
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -78,7 +78,7 @@ def subscribe(_: Node, pipe: Connection, number: int) -> None:
             context.try_shutdown()
 
 
-def _do(order: Any, buffers: list[Buffer]) -> Any:
+def _do(order: str | float, buffers: list[Buffer]) -> str | Use:
     if isinstance(order, str):
         for buffer in buffers:
             buffer.lookup_within(PATIENCE_S, PARENT, order)
