@@ -169,7 +169,7 @@ def _tell(arguments: Namespace, rows: Sequence[Row], known: int) -> None:
             (row['bag'], row['outcome'], row['reason'] or row.get('codes', ''))
             for row in worst]))
     text = needs('rich.text', 'rich')
-    counts: dict[str, Any] = summary(rows)
+    counts = summary(rows)
     out.print(text.Text(f'{len(rows)} bag{"s" * (len(rows) != 1)}: '
                         + ', '.join(f'{count} {name}' for name, count in counts.items())
                         + (f'; {known} had been read before' if known else '')))

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import json
 from pathlib import Path
 import sys
-from typing import Any
 import warnings
 
 from tf_tree_py.bag import BagError, BagWarning, open_bag
@@ -156,12 +155,12 @@ def _give(found: Calibration, arguments: Namespace) -> None:
         _write_urdf(found, arguments)
 
 
-def _report(found: Calibration) -> dict[str, Any]:
+def _report(found: Calibration) -> dict[str, object]:
     return {'version': VERSION, **found.as_dict(),
             'urdf': [f'<origin {origin_of(edge.after)}/>' for edge in found.edges]}
 
 
-def _write(found: Calibration, report: dict[str, Any], path: Path) -> None:
+def _write(found: Calibration, report: dict[str, object], path: Path) -> None:
     if path.suffix in SUFFIXES:
         write_picture(found, path)
     elif found.contradiction is not None and path.suffix != '.json':

@@ -110,12 +110,12 @@ def _first_of_each(findings: Sequence[Finding]) -> Iterable[Finding]:
     return first.values()
 
 
-def _heading(finding: Finding) -> Any:
+def _heading(finding: Finding) -> object:
     heading = styled(f'{finding.severity.value} {finding.code}', finding.severity.value)
     return heading.append(f'  {shown(listed(finding.frames, longest=60))}', style='bold')
 
 
-def _verdict(report: dict[str, Any], with_notes: bool) -> Any:
+def _verdict(report: dict[str, Any], with_notes: bool) -> object:
     counts = {name: report[f'{name}s'] for name in ('error', 'warning', 'note')}
     summary = ', '.join(f'{count} {name}{"s" * (count != 1)}' for name, count in counts.items()
                         if count)

@@ -4,11 +4,10 @@
 """The command ``tf_echo``: the result of a lookup, repeatedly, and the reasons for it."""
 
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 import sys
 import time
-from typing import Any
 
 from tf_tree_py.command.arguments import (
     add_number,
@@ -108,7 +107,8 @@ def _asked(source: TreeSource, arguments: Namespace) -> Iterator[Explanation]:
             return
 
 
-def _one(source: TreeSource, arguments: Namespace, ask: Any) -> Iterator[Explanation]:
+def _one(source: TreeSource, arguments: Namespace,
+         ask: Callable[[], Explanation]) -> Iterator[Explanation]:
     """Yield one result; before it, the missing data as long as there is none."""
     if arguments.bag:
         source.watch(arguments.seconds)

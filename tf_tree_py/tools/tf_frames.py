@@ -265,7 +265,7 @@ def _refused(findings: Sequence[Finding]) -> Iterator[RefusedEdge]:
             yield RefusedEdge(parent, child, finding.publishers, int(finding.evidence['count']))
 
 
-def _plain(graph: FrameGraph, source: TreeSource) -> dict[str, Any]:
+def _plain(graph: FrameGraph, source: TreeSource) -> dict[str, object]:
     return {'version': VERSION, 'source': source.name, **graph.as_dict()}
 
 
@@ -334,7 +334,7 @@ def _lead(lead: str, most: int) -> str:
     return depth + lead[len(depth) - most:]
 
 
-def _remark(edge: GraphEdge) -> Any:
+def _remark(edge: GraphEdge) -> object:
     return styled(f'{edge.remark:<10}', _COLOURS[style_of(edge)]).append(
         f'  {shown(edge.info.authority or "")}', style='dim')
 

@@ -174,7 +174,7 @@ def _on_screen(out: Any) -> Iterator[Callable[[TableContent], None]]:
             group(*_drawn(look, out.height - _FRAME_LINES)), refresh=True)
 
 
-def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:
+def _drawn(look: TableContent, most: int | None) -> Iterator[object]:
     """Yield rich's drawing of a content, in at most so many lines."""
     text = needs('rich.text', 'rich').Text
     yield text(f'{shown(look.source)}: {look.transforms} transforms, {len(look.rows)} edges, '
@@ -200,15 +200,15 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[Any]:
         yield text(f'and {len(look.findings) - _MOST_FINDINGS} more findings: tf_doctor')
 
 
-def _without_empty(headings: Sequence[str], rows: list[list[Any]]
-                   ) -> tuple[list[str], list[list[Any]]]:
+def _without_empty(headings: Sequence[str], rows: Sequence[Sequence[object]]
+                   ) -> tuple[list[str], list[list[object]]]:
     """Return a table without the optional columns that are empty."""
     kept = [place for place, heading in enumerate(headings)
             if heading not in ('', _REFUSED) or any(row[place] for row in rows)]
     return [headings[place] for place in kept], [[row[place] for place in kept] for row in rows]
 
 
-def _cells(row: Watched) -> list[Any]:
+def _cells(row: Watched) -> Sequence[object]:
     signs = row.signs
     kind = 'static' if signs.static else f'{row.rate_hz:.1f} Hz'
     gap = max(signs.longest_gap or 0, signs.silence or 0)

@@ -19,7 +19,6 @@ import signal
 import sys
 import threading
 import time
-from typing import Any
 
 from tf_tree_py.command.arguments import add_number, Parser, print_json_line, shown
 from tf_tree_py.command.endings import CANNOT, Cannot, entry_point, FINE, FOUND, needs
@@ -92,7 +91,7 @@ class DumpRequests:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
 
-        def dump(_: Any, response: Any) -> Any:
+        def dump(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             self._asked.put('~/dump')
             response.success, response.message = True, 'the bag will be written shortly'
             return response

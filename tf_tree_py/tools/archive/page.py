@@ -81,7 +81,7 @@ def _template(text: str) -> Any:
     return jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
 
 
-def index_page(title: str, rows: Sequence[Mapping[str, Any]], columns: Sequence[str],
+def index_page(title: str, rows: Sequence[Mapping[str, object]], columns: Sequence[str],
                outcomes: Mapping[str, int]) -> bytes:
     """
     Return the page with the table of all bags, with links to the files of each.
@@ -96,7 +96,7 @@ def report_page(report: Mapping[str, Any]) -> bytes:
     return _encoded(_REPORT, title=report['source'], **report)
 
 
-def _encoded(text: str, **values: Any) -> bytes:
+def _encoded(text: str, **values: object) -> bytes:
     page: str = _template(text).render(values)
     # The name of a file may hold bytes that are not text.
     return page.encode(errors='replace')

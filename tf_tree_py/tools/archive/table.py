@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 import csv
 import io
 import json
-from typing import Any
 
 from .jobs import BROKEN, ERROR, FINE, LOST, Row, WARNING
 
@@ -36,7 +35,7 @@ def summary(rows: Sequence[Row]) -> dict[str, int]:
     return {outcome: count for outcome, count in counts.items() if count}
 
 
-def as_data(rows: Sequence[Row]) -> dict[str, Any]:
+def as_data(rows: Sequence[Row]) -> dict[str, object]:
     """Return the table as data for JSON."""
     return {'version': VERSION, 'bags': len(rows), 'outcomes': summary(rows), 'rows': list(rows)}
 

@@ -14,7 +14,7 @@ import time
 from typing import Any
 
 from tf_tree_py.calibration import Calibration, CalibrationError
-from tf_tree_py.calibration.chain import check_edges
+from tf_tree_py.calibration.chain import check_edges, Tree
 from tf_tree_py.calibration.detections import (
     check_type,
     Detection,
@@ -38,7 +38,7 @@ _REPORT_S = 5.0
 _LOOK_S = 0.2
 _DEPTH = 100
 
-Estimator = Callable[[Any, Namespace, Sequence[Observations]], Calibration]
+Estimator = Callable[[Tree, Namespace, Sequence[Observations]], Calibration]
 
 
 def recorded_live(source: Any, arguments: Namespace, estimated: Estimator) -> Calibration:

@@ -8,7 +8,7 @@ Foxglove reads MCAP with messages of ``foxglove.FrameTransforms``
 (https://docs.foxglove.dev/docs/sdk/schemas/frame-transforms), rerun its own recordings.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 import io
 import json
 from typing import Any, Final
@@ -23,7 +23,7 @@ _SECOND: Final = 1_000_000_000
 _TOPIC: Final = '/tf'
 
 
-def _object(**properties: dict[str, Any]) -> dict[str, Any]:
+def _object(**properties: Mapping[str, object]) -> dict[str, object]:
     return {'type': 'object', 'properties': properties}
 
 
@@ -53,7 +53,7 @@ def as_foxglove(trajectory: Trajectory) -> bytes:
     return file.getvalue()
 
 
-def _frame_transform(trajectory: Trajectory, stamp: int, pose: list[float]) -> dict[str, Any]:
+def _frame_transform(trajectory: Trajectory, stamp: int, pose: list[float]) -> dict[str, object]:
     seconds, rest = divmod(stamp, _SECOND)
     return {
         'timestamp': {'sec': seconds, 'nsec': rest},

@@ -7,12 +7,12 @@ The content of an export from a bag: two frames, and the stamps.
 The stamps may come from a file that a person or a program has written: CSV, or TUM.
 """
 
-from argparse import ArgumentTypeError, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 import warnings
 
 import numpy as np
@@ -158,13 +158,13 @@ def _lone_stamps(recording: Recording, target: str, source: str) -> list[str]:
             if oddity.reason == LONE_STAMP and (oddity.parent, oddity.child) in edges]
 
 
-def add_frames(parser: Any) -> None:
+def add_frames(parser: ArgumentParser) -> None:
     """Add the arguments that name the two frames."""
     parser.add_argument('target', metavar='TARGET', help='the frame to express the poses in')
     parser.add_argument('source', metavar='SOURCE', help='the frame whose poses are written')
 
 
-def add_plan(parser: Any) -> None:
+def add_plan(parser: ArgumentParser) -> None:
     """Add the arguments for ``planned``."""
     stamps = parser.add_argument_group(
         'stamps', 'default: the stamps of the slowest edge between the frames'
