@@ -298,7 +298,7 @@ class Serving:
         with contextlib.redirect_stdout(io.StringIO()):
             self._server.stop()
 
-    def _open(self, client: Any) -> None:
+    def _open(self, client: viser.ClientHandle) -> None:
         wake_only_in_loop(client)
         page = Page(client, self._subject, self._log)
         with self._changed:
@@ -307,7 +307,7 @@ class Serving:
                 self._pages[client.client_id] = page, time.monotonic()
                 self._changed.notify_all()
 
-    def _close(self, client: Any) -> None:
+    def _close(self, client: viser.ClientHandle) -> None:
         with self._changed:
             page, _ = self._pages.pop(client.client_id, (None, 0.0))
             self._changed.notify_all()

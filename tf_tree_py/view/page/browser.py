@@ -12,8 +12,9 @@ from collections.abc import Callable
 import json
 from pathlib import Path
 import time
-from typing import Any, Final
+from typing import Final
 
+from viser import ClientHandle
 from viser._messages import RunJavascriptMessage
 
 from ..panels.control_events import Apply, when_changed
@@ -33,7 +34,7 @@ class Browser:
     :ivar size: width and height of the picture, CSS pixels; None: not known yet.
     """
 
-    def __init__(self, client: Any, apply: Apply, opened: Callable[[str], None],
+    def __init__(self, client: ClientHandle, apply: Apply, opened: Callable[[str], None],
                  resized: Callable[[], None]) -> None:
         """
         Start the script that reports.

@@ -3,14 +3,14 @@
 
 """All controls of one page."""
 
-from typing import Any, Protocol
+from typing import Protocol
 
 from tf_tree_py.health.checks.finding import Finding
 
 from ..model.moment import Moment
 from ..model.playhead import Playhead
 from ..panels.appearance_panel import AppearancePanel, JointsPanel, ViewButtons
-from ..panels.control_events import Apply
+from ..panels.control_events import Apply, GuiApi
 from ..panels.frames_panel import ChosenPanel, FindingsPanel, FramesPanel
 from ..panels.motion_panel import MotionPanel
 from ..panels.sensors_panel import PicturesPanel, SensorsPanel
@@ -44,7 +44,7 @@ class Actions(Protocol):
 class Controls:
     """The panel of one page, with its tabs."""
 
-    def __init__(self, gui: Any, subject: Subject, playhead: Playhead, look: Appearance,
+    def __init__(self, gui: GuiApi, subject: Subject, playhead: Playhead, look: Appearance,
                  actions: Actions, apply: Apply) -> None:
         gui.main_panel.dock_right()
         self.timeline = Timeline(gui, playhead, subject.name, apply)

@@ -6,10 +6,15 @@
 from collections.abc import Callable, Sequence
 import io
 import threading
-from typing import Any, Final
+from typing import Final, TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 from tf_tree_py.core.times import Stamps
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from viser import ClientHandle
 
 RATE_HZ: Final = 10.0
 MOST_FRAMES: Final = 300
@@ -51,7 +56,7 @@ class Film:
         being recorded.
     """
 
-    def __init__(self, client: Any, show: Callable[[int], None]) -> None:
+    def __init__(self, client: 'ClientHandle', show: Callable[[int], None]) -> None:
         """
         Begin without a film.
 
@@ -84,7 +89,7 @@ class Film:
         self._stopped.set()
 
     def _record(self, stamps: Stamps, size: tuple[int, int]) -> None:
-        pictures: list[Any] = []
+        pictures: list[Image] = []
         try:
             for number, stamp in enumerate(stamps.tolist()):
                 self.progress = number, len(stamps)
@@ -101,13 +106,13 @@ class Film:
             self._client.send_file_download(_NAME, gif_of(pictures), save_immediately=True)
 
 
-def _with_few_colours(pixels: Any) -> Any:
+def _with_few_colours(pixels: npt.NDArray[np.uint8]) -> 'Image':
     """Return a picture as GIF stores it, which takes a third of the memory."""
-    from PIL import Image
-    return Image.fromarray(pixels[:, :, :3]).quantize(_COLOURS)
+    from PIL.Image import fromarray
+    return fromarray(pixels[:, :, :3]).quantize(_COLOURS)
 
 
-def gif_of(pictures: Sequence[Any]) -> bytes:
+def gif_of(pictures: Sequence['Image']) -> bytes:
     """Return an animated GIF of some pictures, which repeats endlessly."""
     data = io.BytesIO()
     pictures[0].save(data, 'GIF', save_all=True, append_images=pictures[1:],

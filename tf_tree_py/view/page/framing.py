@@ -9,7 +9,7 @@ is read and moved here, also if a person has moved it.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Final, TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,9 @@ from ..model.moment import Moment
 from ..panels.appearance_panel import AppearancePanel
 from ..robot.shapes import LinkShape
 from ..scene.scene import Appearance
+
+if TYPE_CHECKING:
+    from viser import ClientHandle
 
 
 def corners_of(shapes: Sequence[LinkShape]) -> dict[str, Array]:
@@ -61,7 +64,7 @@ _HEIGHT: Final = 800.0
 class CameraControl:
     """The camera of one page, in the page's axes."""
 
-    def __init__(self, client: Any, size: Callable[[], tuple[float, float] | None],
+    def __init__(self, client: 'ClientHandle', size: Callable[[], tuple[float, float] | None],
                  moved: Callable[[], None]) -> None:
         """
         Watch the camera.
@@ -82,8 +85,8 @@ class CameraControl:
         handle = self._handle
         if handle._state.update_timestamp == 0.0 or not handle.fov:
             return None
-        height = handle.image_height or 1
-        width, height = self._size() or (_HEIGHT * handle.image_width / height, _HEIGHT)
+        width, height = self._size() or (
+            _HEIGHT * handle.image_width / (handle.image_height or 1), _HEIGHT)
         return Camera(np.array(handle.position), np.array(handle.look_at), float(handle.fov),
                       width, height)
 

@@ -6,13 +6,14 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 import threading
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.limited_log import FailureLog
+from viser import ClientHandle
 
 from .address import Address
 from .browser import Browser
@@ -95,7 +96,7 @@ class Page:
     controls come from different threads, and a lock lets one of them work at a time.
     """
 
-    def __init__(self, client: Any, subject: Subject, log: FailureLog) -> None:
+    def __init__(self, client: ClientHandle, subject: Subject, log: FailureLog) -> None:
         """
         Make the controls; ``tick`` draws the picture.
 

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, Final
 
 from . import markup
-from .control_events import Apply, Shared, when_changed
+from .control_events import Apply, GuiApi, Shared, when_changed
 from ..robot.resting_robot import RestingRobot
 from ..scene.scene import Appearance
 
@@ -92,7 +92,7 @@ _STEPS = 1000.0
 class JointsPanel:
     """The joints of a resting robot on one page. All pages show the same robot."""
 
-    def __init__(self, gui: Any, robot: RestingRobot, apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, robot: RestingRobot, apply: Apply) -> None:
         """Make the sliders."""
         self._robot = robot
         self._folder = gui.add_folder(f'joints ({len(robot.sliders)})',
@@ -135,7 +135,7 @@ _BUTTONS: Final = (_ROBOT, _ALL)
 class ViewButtons:
     """The buttons that turn the camera of one page."""
 
-    def __init__(self, gui: Any, see: Callable[[bool], None], apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, see: Callable[[bool], None], apply: Apply) -> None:
         """
         Make the buttons.
 

@@ -4,7 +4,12 @@
 """Connects the events of a page's controls, which come from any thread, to actions."""
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from viser import GuiApi as GuiApi
+else:  # only for annotations: importing viser takes long
+    GuiApi = object
 
 Apply: TypeAlias = Callable[[Callable[[], None]], None]
 """Calls a function between two pictures; the next picture shows its effect."""
@@ -46,7 +51,7 @@ class Shared:
         self._shown = control.value
         when_changed(control, apply, lambda: action(self._read()))
 
-    def show(self, value: Any) -> None:
+    def show(self, value: object) -> None:
         """Set the value, unless a person has just set another one."""
         if self._control.value == self._shown != value:
             self._control.value = value

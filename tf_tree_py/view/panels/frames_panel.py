@@ -15,7 +15,7 @@ from tf_tree_py.core import EdgeInfo
 from tf_tree_py.health.checks.finding import Finding
 
 from . import markup
-from .control_events import Apply, Shared, when_changed
+from .control_events import Apply, GuiApi, Shared, when_changed
 from ..model.facts import Fact
 from ..model.listing import FrameRow, MOST_ROWS, rows
 
@@ -29,7 +29,7 @@ class FramesPanel:
     :ivar fixed_frame: the fixed frame that was selected; None: none was selected.
     """
 
-    def __init__(self, gui: Any, fixed_frame: str | None, on_choice: Callable[[str], None],
+    def __init__(self, gui: GuiApi, fixed_frame: str | None, on_choice: Callable[[str], None],
                  apply: Apply) -> None:
         """
         Make the controls.
@@ -170,7 +170,7 @@ class FindingsPanel:
     :ivar frames: the frames of the selected finding, which are marked.
     """
 
-    def __init__(self, gui: Any, go_to: Callable[[Finding], None], apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, go_to: Callable[[Finding], None], apply: Apply) -> None:
         """
         Make the controls.
 

@@ -11,7 +11,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
 
 from . import markup
-from .control_events import Apply, when_changed
+from .control_events import Apply, GuiApi, when_changed
 from ..model.facts import measured, relative_motion, RelativeMotion
 from ..model.moment import Moment
 from ..model.playhead import Playhead
@@ -25,7 +25,7 @@ _HEIGHT: Final = 170
 class MotionPanel:
     """The relative motion of two frames on one page."""
 
-    def __init__(self, gui: Any, apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, apply: Apply) -> None:
         """Make the controls."""
         self._gui = gui
         self._other = gui.add_dropdown('measure from', (_FIXED,), hint='The pose of the chosen '

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import markup
-from .control_events import Apply, when_changed
+from .control_events import Apply, GuiApi, when_changed
 from ..sensors.sensor_source import SensorSource
 
 _NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections or images'
@@ -25,7 +25,7 @@ _NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections 
 class SensorsPanel:
     """The controls of the sensor topics on one page."""
 
-    def __init__(self, gui: Any, source: SensorSource, apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, source: SensorSource, apply: Apply) -> None:
         """Make the controls."""
         self._gui, self._source, self._apply = gui, source, apply
         self._note = gui.add_html(markup.note(_NONE))
@@ -90,7 +90,7 @@ _RECORD: Final = 'record a GIF'
 class PicturesPanel:
     """The buttons for a picture and a film on one page."""
 
-    def __init__(self, gui: Any, save_picture: Callable[[], None],
+    def __init__(self, gui: GuiApi, save_picture: Callable[[], None],
                  record: Callable[[float], None], apply: Apply) -> None:
         """
         Make the controls.

@@ -4,13 +4,13 @@
 """The controls of time: a slider over the window, and the buttons play, pause, step and live."""
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 from tf_tree_py.core.stamp import format_stamp
 from viser._messages import GuiSliderMark
 
 from . import markup
-from .control_events import Apply, Shared, when_changed
+from .control_events import Apply, GuiApi, Shared, when_changed
 from ..model.moment import Moment
 from ..model.playhead import Playhead
 
@@ -23,7 +23,7 @@ _STEP_S: Final = 0.001
 class Timeline:
     """The controls that select the moment of one page."""
 
-    def __init__(self, gui: Any, playhead: Playhead, source: str, apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, playhead: Playhead, source: str, apply: Apply) -> None:
         """
         Make the controls.
 

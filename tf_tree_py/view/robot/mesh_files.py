@@ -41,7 +41,7 @@ def load_mesh(file: Path) -> list[Triangles]:
     import trimesh
     if file.suffix.lower() not in _SUFFIXES:
         raise ValueError(f'only {", ".join(_SUFFIXES)} can be shown')
-    loaded: Any = trimesh.load(file, resolver=_materials_beside(file), process=False)
+    loaded = trimesh.load(file, resolver=_materials_beside(file), process=False)
     parts = [_triangles(part) for part in (
         loaded.dump() if isinstance(loaded, trimesh.Scene) else [loaded])
         if len(getattr(part, 'faces', ()))]
@@ -103,7 +103,7 @@ def _color_of(part: Any) -> Color | None:
     return None
 
 
-def _as_color(channels: Any) -> Color:
+def _as_color(channels: npt.ArrayLike) -> Color:
     red, green, blue, opacity = (np.asarray(channels, float) / 255.0).tolist()
     # Some exporters write an opacity of 0 for a solid material.
     return red, green, blue, opacity or 1.0

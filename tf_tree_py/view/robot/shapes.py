@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.urdf import Box, Cylinder, Mesh, Robot, Visual
+from tf_tree_py.urdf import Box, Cylinder, Mesh, Robot, Sphere, Visual
 
 from .mesh_files import Color, load_mesh, mesh_file, Triangles
 
@@ -97,7 +97,7 @@ def _triangles(visual: Visual, path: Path, read: dict[Path, list[Triangles]]) ->
             for part in read[file]]
 
 
-def _solid(shape: Any) -> Any:
+def _solid(shape: Box | Cylinder | Sphere) -> Any:
     import trimesh
     if isinstance(shape, Box):
         return trimesh.creation.box(shape.size)

@@ -4,7 +4,7 @@
 """The names of the frames beside their axes, without overlaps."""
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from tf_tree_py.core.text import shorten
 
 from ..framing.camera import Camera
 from ..framing.label_layout import layout
+
+if TYPE_CHECKING:
+    from viser import SceneApi
 
 # Each name that moves costs a message. A picture moves at most so many; the others follow in turn.
 _AT_ONCE: Final = 40
@@ -56,7 +59,7 @@ class Labels:
     of them. Up to 40 names therefore follow their frames at once, and more with a small delay.
     """
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: 'SceneApi') -> None:
         self._scene = scene
         self._root = scene.add_frame('/names', show_axes=False)
         self._names: dict[str, _Name] = {}

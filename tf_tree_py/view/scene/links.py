@@ -4,7 +4,7 @@
 """The shapes of a robot's links, on their frames."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +13,14 @@ from tf_tree_py.core.geometry.so3 import Array
 from ..model.moment import Moment
 from ..robot.shapes import LinkShape
 
+if TYPE_CHECKING:
+    from viser import SceneApi
+
 
 class Links:
     """Draws the links of a robot on one page, with a node for each link."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: 'SceneApi') -> None:
         """Begin without a robot."""
         self._scene = scene
         self._shapes: Sequence[LinkShape] = ()

@@ -10,7 +10,7 @@ around it.
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,9 @@ from .sensor_points import Seen, SensorPoints
 from ..framing.camera import Camera, lengths_on_screen
 from ..model import colours
 from ..model.moment import Ellipsoid, Moment
+
+if TYPE_CHECKING:
+    from viser import ClientHandle
 
 Colour = tuple[int, int, int]
 
@@ -94,7 +97,7 @@ class Scene:
     :ivar links: the links of the robot.
     """
 
-    def __init__(self, client: Any, on_click: Callable[[str], None]) -> None:
+    def __init__(self, client: 'ClientHandle', on_click: Callable[[str], None]) -> None:
         """
         Begin without any node.
 
@@ -203,7 +206,7 @@ class Scene:
     def _draw_marks(self, moment: Moment, look: Appearance, positions: Array,
                     lengths: Array) -> None:
         """Mark the chosen frame and the frames of the selected finding."""
-        marked: Mapping[str, Any] = dict.fromkeys(look.found, _FINDING) | (
+        marked = dict.fromkeys(look.found, _FINDING) | (
             {look.chosen: colours.CHOSEN} if look.chosen else {})
         places = [place for place, frame in enumerate(moment.frames) if frame in marked]
         if 'marks' in self._nodes and len(self._nodes['marks'].points) != len(places):

@@ -4,10 +4,13 @@
 """The points of sensors on one page: a cloud or a line for each topic."""
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from tf_tree_py.core.geometry.so3 import Array
+
+if TYPE_CHECKING:
+    from viser import SceneApi
 
 _COLOURS: Final = ((214, 51, 108), (12, 133, 153), (95, 61, 196), (47, 158, 68), (232, 89, 12))
 _THICKNESS: Final = 3.0
@@ -28,7 +31,7 @@ class Seen(NamedTuple):
 class SensorPoints:
     """Draws the points of topics, with a node for each topic."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: 'SceneApi') -> None:
         self._scene = scene
         self._nodes: dict[str, Any] = {}
         self._numbers: dict[str, int] = {}

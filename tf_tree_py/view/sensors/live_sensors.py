@@ -87,7 +87,7 @@ class LiveSensors(SensorSource):
                 subscription.close()
             self._subscriptions.clear()
 
-    def _subscribe(self, msg_type: Any, topic: str, callback: Callable[[Any], None],
+    def _subscribe(self, msg_type: type, topic: str, callback: Callable[[Any], None],
                    qos: QoSProfile) -> SideTopics:
         self._numbers += 1
         side = SideTopics(self, self._node, f'sensor_{self._numbers}_impl')
@@ -100,7 +100,7 @@ def _type_of(name: str) -> Any:
     return getattr(import_module(f'{package}.msg'), kind)
 
 
-def _keep(type_name: str, recent: Recent, message: Any) -> None:
+def _keep(type_name: str, recent: Recent, message: object) -> None:
     reading = reading_of(type_name, message)
     if reading is not None:
         recent.add(reading)
