@@ -277,8 +277,7 @@ def _draw_jump(axes: Axes) -> None:
     near = from_seconds(0.06)
     asked = np.arange(middle - near, middle + near, near // 300)
     millis = (asked - middle) * 1e-6
-    axes.plot(millis, jump(asked) * 100.0, color=GREY, linewidth=6.0, alpha=0.4,
-              label='truth')
+    axes.plot(millis, jump(asked) * 100.0, color=GREY, linewidth=6.0, alpha=0.4, label='truth')
     for style, buffer, label in zip(
             STYLES[1:3], _both(stamps, _upright(jump(stamps)), JUMP_RATE_HZ),
             ('lerp', 'spline'), strict=True):

@@ -171,14 +171,12 @@ def _gyroscope(robot: Robot) -> tuple[Stamps, Array]:
     """Return the stamps of a robot's gyroscope and its rates (N, 3); none without a gyroscope."""
     twists = np.repeat(robot.twists[:, 3:] if robot.has_gyroscope else np.empty((0, 3)),
                        _GYRO_SAMPLES, axis=0)
-    stamps = from_seconds(1.0) + np.arange(len(twists)) * (
-        from_seconds(_STEP_S) // _GYRO_SAMPLES)
+    stamps = from_seconds(1.0) + np.arange(len(twists)) * (from_seconds(_STEP_S) // _GYRO_SAMPLES)
     noise = np.random.default_rng(3).normal(scale=_GYRO_NOISE, size=twists.shape)
     return stamps, np.clip(twists + _GYRO_BIAS + noise, -_SATURATION, _SATURATION)
 
 
-def _measured(true: Array, noise: float, axes: Sequence[int],
-              rng: np.random.Generator) -> Pose:
+def _measured(true: Array, noise: float, axes: Sequence[int], rng: np.random.Generator) -> Pose:
     if not noise:
         return Pose._make(true.tolist())
     errors = np.zeros(6)

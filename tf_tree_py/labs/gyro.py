@@ -195,8 +195,7 @@ def _draw_course(axes: Axes) -> None:
               label='with a gyroscope')
     axes.plot(poses / 1e6, _yaws(buffer, poses), color='black', marker='o', linestyle='none',
               label='poses, 20 Hz')
-    axes.set(xlabel='time [ms]', ylabel='yaw [deg]', ylim=(-40.0, 75.0),
-             title='Yaw during 0.4 s')
+    axes.set(xlabel='time [ms]', ylabel='yaw [deg]', ylim=(-40.0, 75.0), title='Yaw during 0.4 s')
     axes.legend(loc='upper right', ncols=2)
 
 

@@ -47,8 +47,7 @@ def between_samples(motion: Motion, rate_hz: float) -> Gap:
     buffer = BufferCore(cache_time=_SAMPLES * period)
     for number in range(1, _SAMPLES):
         buffer.insert('odom', 'base_link', number * period, motion(number * period))
-    stamps = [period + period * number // _PER_GAP
-              for number in range(_PER_GAP * (_SAMPLES - 2))]
+    stamps = [period + period * number // _PER_GAP for number in range(_PER_GAP * (_SAMPLES - 2))]
     found = np.asarray(buffer.lookup_many('odom', 'base_link', stamps))
     truth = np.array([motion(stamp) for stamp in stamps])
     moved, turned = distance_many(truth, found)

@@ -89,8 +89,7 @@ class Floor(NamedTuple):
 def standing(roll: float, pitch: float) -> BufferCore:
     """Return a tree whose base is tilted, radians."""
     buffer = BufferCore()
-    buffer.insert('map', 'base_link', _STAMP,
-                  Pose.from_xyz_rpy(_X, _Y, 0.0, roll, pitch, _YAW))
+    buffer.insert('map', 'base_link', _STAMP, Pose.from_xyz_rpy(_X, _Y, 0.0, roll, pitch, _YAW))
     return buffer
 
 

@@ -100,8 +100,7 @@ def start(arrival_s: float) -> dict[float, Start]:
     buffer = BufferCore()
     arrival = threading.Timer(arrival_s, lambda: buffer.insert(
         PARENT, CHILD, LATEST, POSE, static=True))
-    outcome = measure(
-        lambda timeout: buffer.lookup_within(timeout, PARENT, CHILD), arrival.start)
+    outcome = measure(lambda timeout: buffer.lookup_within(timeout, PARENT, CHILD), arrival.start)
     arrival.join()
     return outcome
 

@@ -78,8 +78,7 @@ class EdgeSwitch(ClosingNode):
         """
         super().__init__(NAME, **node_options)
         self._names = _checked_names(given(self, SOURCES))
-        values = self._values = declare(
-            self, (SOURCES, *SETTINGS, *_settings_of(self._names)))
+        values = self._values = declare(self, (SOURCES, *SETTINGS, *_settings_of(self._names)))
         self._parent, self._child = (
             frame_of(values, key) for key in ('parent_frame', 'child_frame'))
         self._limits = limits_of(values)._asdict()

@@ -87,8 +87,7 @@ _QOS_OVERRIDES = 'qos_overrides.'
 FRAME_PREFIX = Setting('frame_prefix', '', 'a prefix for every frame name, such as robot1/')
 
 
-def declare(node: Node, settings: Iterable[Setting],
-            others: Iterable[Setting] = ()) -> Values:
+def declare(node: Node, settings: Iterable[Setting], others: Iterable[Setting] = ()) -> Values:
     """
     Declare parameters, and return their values by name; warn about unknown ones.
 
@@ -153,6 +152,5 @@ def describe(settings: Iterable[Setting]) -> str:
     for setting in settings:
         limits = '' if setting.limits is None else ', {} to {}'.format(*setting.limits)
         name = f'{setting.name}.NAME' if isinstance(setting.default, Mapping) else setting.name
-        lines += [f'  {name} (default {setting.default!r})',
-                  f'      {setting.meaning}{limits}']
+        lines += [f'  {name} (default {setting.default!r})', f'      {setting.meaning}{limits}']
     return '\n'.join(lines)

@@ -136,8 +136,7 @@ class RelocalisationAnchor(ClosingNode):
         try:
             if known.exception() is not None:
                 raise known.exception()
-            there = self._buffer.lookup_uncertain(
-                self._odom, self._frame, time_message(stamp))
+            there = self._buffer.lookup_uncertain(self._odom, self._frame, time_message(stamp))
             odom_T_frame, spread = uncertain_values(there.pose)
             with self._lock:
                 verdict = self._anchor.take(Sighting(

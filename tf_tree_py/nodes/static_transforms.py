@@ -62,8 +62,7 @@ def from_words(words: Mapping[str, object]) -> StaticTransform:
     if not words.keys() & set(ANGLES):
         if not any(quaternion):
             raise BadInput('the quaternion is all zero; for no rotation, use 0 0 0 1')
-        return StaticTransform(parent, child, Pose.from_parts(translation, quaternion),
-                               covariance)
+        return StaticTransform(parent, child, Pose.from_parts(translation, quaternion), covariance)
     if words.keys() & set(QUATERNION):
         raise BadInput('give a rotation as qx qy qz qw or as roll pitch yaw, not both')
     return StaticTransform(parent, child, Pose.from_xyz_rpy(*translation, *angles), covariance)

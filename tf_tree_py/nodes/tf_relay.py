@@ -137,8 +137,7 @@ def uplink(node: Node, values: Values) -> Uplink:
 class FleetInput(Observer):
     """Receives from a fleet, and passes messages on; frames are prefixed with robots' names."""
 
-    def __init__(self, values: Values, moving: MovingSender,
-                 static: StaticSender) -> None:
+    def __init__(self, values: Values, moving: MovingSender, static: StaticSender) -> None:
         """
         Start to receive, until ``close``.
 
@@ -349,8 +348,7 @@ class TfRelay(ClosingNode):
         closing.callback(receiver.close)
 
 
-def _refuse_own_output(source: str, target: str, static_source: str,
-                       static_target: str) -> None:
+def _refuse_own_output(source: str, target: str, static_source: str, static_target: str) -> None:
     for topic in {source, static_source} & {target, static_target}:
         raise BadInput(
             f'the relay would receive its own output, because {topic} is both its input and its '

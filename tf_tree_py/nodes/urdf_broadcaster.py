@@ -174,8 +174,7 @@ class UrdfBroadcaster(ClosingNode):
         home.create_subscription(
             JointState, self._topic, self._hear, sensor_qos(),
             event_callbacks=mismatches(self._topic, self._warnings))
-        self._closing.callback(
-            Receiver(home, lambda: None, write_counts=self._write_counts).close)
+        self._closing.callback(Receiver(home, lambda: None, write_counts=self._write_counts).close)
 
     def _declared(self, urdf: str | None) -> Values:
         """Declare the parameters; the description is that of the file, if there is one."""

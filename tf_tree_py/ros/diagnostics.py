@@ -149,8 +149,7 @@ class TransformDiagnostics(Closable):
     def _note_contested(self, recent: Mapping[Edge, RecentSamples]) -> None:
         """Update which edges two publishers send; such an edge stays until a publisher leaves."""
         senders = Counter(one.node for one in self._doctor.endpoints if one.publishes)
-        self._contested = {edge: then for edge, then in self._contested.items()
-                           if then <= senders}
+        self._contested = {edge: then for edge, then in self._contested.items() if then <= senders}
         for edge, arrivals in recent.items():
             if arrivals.incidents[Kind.TWO_PUBLISHERS]:
                 self._contested[edge] = senders

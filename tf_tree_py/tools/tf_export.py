@@ -98,8 +98,7 @@ def _remark(taken: Trajectory, recording: Recording, arguments: Namespace) -> No
         print(f'{NAME}: {shown(line, _LONGEST_LINE)}', file=sys.stderr)
 
 
-def _report(taken: Trajectory, recording: Recording,
-            arguments: Namespace) -> dict[str, object]:
+def _report(taken: Trajectory, recording: Recording, arguments: Namespace) -> dict[str, object]:
     return {
         'version': VERSION,
         'bag': str(arguments.bag),

@@ -70,8 +70,7 @@ class DumpRequests:
         now = time.monotonic()
         while not self._asked.empty():
             self._counts[self._asked.get()] += 1
-        due = [who for who in self._counts
-               if now >= self._taken_at.get(who, -math.inf) + _APART_S]
+        due = [who for who in self._counts if now >= self._taken_at.get(who, -math.inf) + _APART_S]
         self._taken_at.update(dict.fromkeys(due, now))
         counts = {who: self._counts.pop(who) for who in due}
         return [who if count == 1 else f'{who}, {count} times' for who, count in counts.items()]
@@ -206,8 +205,7 @@ def _watch(source: TreeSource, recorder: FlightRecorder, status_line: '_StatusLi
             for who in requests.take() if requests else ():
                 _write(recorder, watcher.happened(ASKED, f'requested by {who}'))
             for finding in watcher.new_findings():
-                _write(recorder, watcher.happened(
-                    finding.code, finding.summary, finding.frames))
+                _write(recorder, watcher.happened(finding.code, finding.summary, finding.frames))
             watcher.look_up()
             status_line.print_all()
             if not more:

@@ -69,8 +69,7 @@ def _parser() -> Parser:
 def _token(word: str) -> str:
     """Return a word of the command line that is valid in an address and in a cookie."""
     if not _TOKEN.fullmatch(word):
-        raise ArgumentTypeError(
-            f'{word!r} is not a token: use at least 8 letters, digits, - or _')
+        raise ArgumentTypeError(f'{word!r} is not a token: use at least 8 letters, digits, - or _')
     return word
 
 

@@ -19,15 +19,7 @@ from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 
-from .live_session import (
-    answer,
-    listening,
-    new_context,
-    PATIENCE_S,
-    session,
-    small_node,
-    ticks,
-)
+from .live_session import answer, listening, new_context, PATIENCE_S, session, small_node, ticks
 from ..report import Column, Report, Table
 from ..static_spam import CHILD, PARENT, POSE, RATE_HZ, SUBSCRIBERS
 

@@ -110,8 +110,7 @@ class Buffer(CoreApi, BufferInterface):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
                             f'{type(cache_time).__name__}: write Buffer(node=node)')
         check_places('Buffer(cache_time, node)', node=node)
-        self._watch = ClockWatch(
-            self.time_jump_callback, as_nanoseconds(clear_on_clock_jump_back))
+        self._watch = ClockWatch(self.time_jump_callback, as_nanoseconds(clear_on_clock_jump_back))
         super().__init__(
             _cache_time(cache_time), max_frames=max_frames,
             max_name_bytes=max_name_bytes, now=self.now,

@@ -57,8 +57,7 @@ def as_nanoseconds(time: Any, kind: type[Duration | Time] = Duration) -> int:
         except AttributeError:
             what_to_pass = ('a time: pass a header.stamp or an rclpy.time.Time'
                             if kind is Time else 'a duration: pass an rclpy.duration.Duration')
-            raise TypeError(
-                f'{time!r} is not {what_to_pass}{_in_seconds(time, kind)}') from None
+            raise TypeError(f'{time!r} is not {what_to_pass}{_in_seconds(time, kind)}') from None
     return nanoseconds  # type: ignore[no-any-return]
 
 
@@ -197,8 +196,7 @@ def transform_stamped(frame_id: str, child_frame_id: str, stamp: int,
     # With w > 0.5 the sign is always tf2's, and no call is needed to see that.
     if not (qw > 0.5 or has_tf2_sign(qx, qy, qz, qw)):
         qx, qy, qz, qw = -qx, -qy, -qz, -qw
-    return _transform_stamped(
-        sec, nanosec, frame_id, child_frame_id, x, y, z, qx, qy, qz, qw)
+    return _transform_stamped(sec, nanosec, frame_id, child_frame_id, x, y, z, qx, qy, qz, qw)
 
 
 _transform_stamped = whole_maker(TransformStamped)

@@ -84,8 +84,7 @@ def deskew_cloud(buffer: Any, cloud: PointCloud2, target_frame: str | None = Non
     points[timed] = deskew(
         buffer, points[timed], stamps, target_frame, source_frame, reference, fixed_frame)
     points[seen & ~timed] = np.nan
-    result = copy_of_cloud(
-        cloud, Header(stamp=time_message(reference), frame_id=target_frame))
+    result = copy_of_cloud(cloud, Header(stamp=time_message(reference), frame_id=target_frame))
     write_points(result, points)
     result.is_dense = bool(cloud.is_dense and timed.all())
     return result
@@ -107,8 +106,7 @@ def _log_reading(frame: str, stamp: int, times: PointTimes, span: int) -> None:
     what = f'Deskewing clouds in {shorten(frame, 80)!r}: '
     cure = ('If these are fractions of a scan, pass its duration in seconds as unit, such as '
             'unit=0.1')
-    _log_once(_log, frame, times.reading,
-              f'{what}{times.reading}{f". {cure}" if span else ""}')
+    _log_once(_log, frame, times.reading, f'{what}{times.reading}{f". {cure}" if span else ""}')
     if times.doubt:
         _log_once(_warnings, frame, f'coarse {times.field!r}', f'{what}{times.doubt}')
     if not span:

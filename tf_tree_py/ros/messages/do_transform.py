@@ -90,11 +90,9 @@ def do_transform_point(point: PointStamped, transform: TransformStamped) -> Poin
     return _point_stamped(_header(transform), geometry.point(point.point, _pose(transform)))
 
 
-def do_transform_vector3(vector3: Vector3Stamped,
-                         transform: TransformStamped) -> Vector3Stamped:
+def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
     """Return a free vector: rotated, not translated."""
-    return _vector3_stamped(
-        _header(transform), geometry.vector3(vector3.vector, _pose(transform)))
+    return _vector3_stamped(_header(transform), geometry.vector3(vector3.vector, _pose(transform)))
 
 
 def do_transform_quaternion(quaternion: QuaternionStamped,

@@ -114,8 +114,7 @@ def public_many_maker(kind: type) -> Function:
 def public_reader(kind: type) -> Function:
     """Return the reader that reads the properties."""
     fields = fields_of(kind)
-    return lambda messages: [[getattr(message, field) for message in messages]
-                             for field in fields]
+    return lambda messages: [[getattr(message, field) for message in messages] for field in fields]
 
 
 # --- by the slots, with functions generated for the class, as dataclasses does

@@ -211,8 +211,7 @@ def accel(message: Accel, a_T_b: PoseTuple) -> Accel:
     return _accel(vector3(message.linear, a_T_b), vector3(message.angular, a_T_b))
 
 
-def accel_with_covariance(message: AccelWithCovariance,
-                          a_T_b: PoseTuple) -> AccelWithCovariance:
+def accel_with_covariance(message: AccelWithCovariance, a_T_b: PoseTuple) -> AccelWithCovariance:
     """Return an acceleration and its covariance in a's axes; see ``accel``."""
     return _accel_with_covariance(
         accel(message.accel, a_T_b), rotate_covariance(message.covariance, a_T_b[3:]))

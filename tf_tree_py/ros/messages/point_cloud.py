@@ -60,8 +60,7 @@ def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamp
     return moved
 
 
-def transform_points(point_cloud: npt.ArrayLike,
-                     transform: Transform | TransformStamped) -> Array:
+def transform_points(point_cloud: npt.ArrayLike, transform: Transform | TransformStamped) -> Array:
     """Return points (N, 3) in the transform's target frame, in doubles."""
     return se3.apply_many(transform_values(getattr(transform, 'transform', transform)),
                           point_cloud)

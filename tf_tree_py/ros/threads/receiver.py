@@ -259,8 +259,7 @@ class Receiver:
         handles = [subscription.handle for subscription in subscriptions]
         for entity in (self._wake.handle, *events, *handles):
             in_use.enter_context(entity)
-        wait_set = _rclpy.WaitSet(
-            len(handles), 1, 0, 0, 0, len(events), self.context.handle)
+        wait_set = _rclpy.WaitSet(len(handles), 1, 0, 0, 0, len(events), self.context.handle)
         woken = False
         last = time.monotonic()
         while not woken and self._goes_on():

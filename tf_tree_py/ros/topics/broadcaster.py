@@ -15,13 +15,7 @@ from tf_tree_py.core import fork_locks
 from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.frame_names import rename
 
-from .qos import (
-    dynamic_qos,
-    static_broadcaster_qos,
-    tf_publisher,
-    TF_STATIC_TOPIC,
-    TF_TOPIC,
-)
+from .qos import dynamic_qos, static_broadcaster_qos, tf_publisher, TF_STATIC_TOPIC, TF_TOPIC
 from ..buffer.interface import check_places
 from ..messages.convert import with_float_fields, with_frames
 

@@ -258,8 +258,7 @@ class _Aid:
         try:
             if message.angular_velocity_covariance[0] == -1.0:
                 return  # -1 marks an Imu message without an angular velocity
-            mounted = self._buffer.lookup(
-                self._child, message.header.frame_id.removeprefix('/'))
+            mounted = self._buffer.lookup(self._child, message.header.frame_id.removeprefix('/'))
             turned = so3.rotate(mounted.rotation, (rate.x, rate.y, rate.z))
             # The sensor's axes saturate, and the child's may be rotated relative to them.
             reached = max(abs(rate.x), abs(rate.y), abs(rate.z)) >= self._saturation

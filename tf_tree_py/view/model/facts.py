@@ -36,8 +36,7 @@ def facts(tree: AllQueries, edges: Sequence[EdgeInfo], moment: Moment, frame: st
     stamp = moment.stamp if place is None else int(moment.stamps[place])
     explanation = explain(tree, moment.fixed_frame, frame, stamp, now=moment.stamp)
     own = next((edge for edge in edges if edge.child == frame), None)
-    return [*_pose(moment, place, frame), *_edge(own),
-            *_age(moment, place), *_path(explanation)]
+    return [*_pose(moment, place, frame), *_edge(own), *_age(moment, place), *_path(explanation)]
 
 
 def _pose(moment: Moment, place: int | None, frame: str) -> list[Fact]:
@@ -57,8 +56,7 @@ def _edge(edge: EdgeInfo | None) -> list[Fact]:
     if edge.static:
         return [*found, ('kind', 'static')]
     rate = f'{1e9 / edge.interval:.1f} Hz' if edge.span else 'unknown: one sample'
-    return [*found, ('rate', rate),
-            ('samples', f'{edge.samples} in {format_span(edge.span)}')]
+    return [*found, ('rate', rate), ('samples', f'{edge.samples} in {format_span(edge.span)}')]
 
 
 def _age(moment: Moment, place: int | None) -> list[Fact]:

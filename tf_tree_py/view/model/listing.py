@@ -89,8 +89,7 @@ def _folds(children: Children) -> dict[str, dict[str, int]]:
         sizes[frame] = 1 + sum(sizes[child] for child in below) if all_static else 0
     folds = {parent: {edge.child: sizes[edge.child] for edge in siblings if sizes[edge.child]}
              for parent, siblings in children.items()}
-    return {parent: fold for parent, fold in folds.items()
-            if sum(fold.values()) >= _WORTH_A_FOLD}
+    return {parent: fold for parent, fold in folds.items() if sum(fold.values()) >= _WORTH_A_FOLD}
 
 
 class _Tree(NamedTuple):

@@ -102,8 +102,7 @@ class Playhead:
         """Return the oldest and the newest stamp that the page can show, nanoseconds."""
         return window(AllQueries.edges(self.tree), self.tree.cache_time)
 
-    def moment(self, fixed_frame: str, now: int,
-               left_behind: LeftBehind | None = None) -> Moment:
+    def moment(self, fixed_frame: str, now: int, left_behind: LeftBehind | None = None) -> Moment:
         """
         Return the frames at the present position.
 

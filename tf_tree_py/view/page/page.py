@@ -76,8 +76,7 @@ class SensorView:
     def _trail(self, tree: AllQueries, moment: Moment, readings: Sequence[Reading]) -> Seen | None:
         """Return the positions of several messages, each at its own stamp, as one line."""
         newest = self._panel.at_newest
-        placed_points = [placed(tree, moment.fixed_frame, reading, newest)
-                         for reading in readings]
+        placed_points = [placed(tree, moment.fixed_frame, reading, newest) for reading in readings]
         found: list[Array] = [points for points in placed_points if points is not None]
         return Seen(np.concatenate(found), True) if found else None
 

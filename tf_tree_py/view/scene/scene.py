@@ -170,8 +170,7 @@ class Scene:
                          batched_colors=colours.greys(moment.ages[stale]))
 
     def _new_axes(self, **props: Any) -> Any:
-        axes = self._scene.add_batched_axes(
-            '/axes', axes_length=1.0, axes_radius=_RADIUS, **props)
+        axes = self._scene.add_batched_axes('/axes', axes_length=1.0, axes_radius=_RADIUS, **props)
         axes.on_click(lambda event: self._clicked(event.instance_index, self._frames))
         return axes
 

@@ -131,6 +131,5 @@ def _decoded(source: MessageSource, data: bytes) -> Reading | None:
     try:
         message = decode(source, data)
     except WireError as error:
-        return Reading('', _stamp_of(source, data) or 0, np.empty((0, 3)),
-                       problem=str(error))
+        return Reading('', _stamp_of(source, data) or 0, np.empty((0, 3)), problem=str(error))
     return reading_of(source.type_name, message)
