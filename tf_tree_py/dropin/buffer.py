@@ -25,7 +25,6 @@ from rclpy.node import Node
 from rclpy.task import Future
 from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
 from tf_tree_py.core.errors import (
-    ArgumentTypeException,
     ConnectivityException,
     FutureExtrapolationException,
     LookupException,
@@ -41,7 +40,7 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
-from tf_tree_py.ros.buffer.interface import NO_TIME
+from tf_tree_py.ros.buffer.interface import answered, NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds, DurationLike, TimeLike
 from tf_tree_py.ros.waiting.futures import TransformFuture
 from tf_tree_py.screws import carry
@@ -358,10 +357,5 @@ class Buffer(BufferCore):
 
 
 def _answered(lookup: Callable[[], object]) -> tuple[int, str]:
-    try:
-        lookup()
-    except ArgumentTypeException:
-        raise
-    except TransformException as error:
-        return 0, tf2_text(error)
-    return 1, ''
+    found, reason = answered(lookup, tf2_text)
+    return int(found), reason

@@ -6,6 +6,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import hypot, pi, radians
+from operator import matmul
 from typing import NamedTuple
 
 import numpy as np
@@ -52,14 +53,6 @@ def robot_at(map_T_base: Pose) -> BufferCore:
 
 # What programs compute from camera_T_map to obtain a point of the camera in the map.
 
-def _inverse(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
-    return camera_T_map.inverse() @ camera_p
-
-
-def _swapped(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
-    return camera_T_map @ camera_p
-
-
 def _transposed(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
     """Use the transpose of the whole 4 x 4 matrix, and the first three numbers of the product."""
     return (camera_T_map.as_matrix().T @ [*camera_p, 1.0])[:3]
@@ -72,8 +65,8 @@ def _negated(camera_T_map: Pose, camera_p: Sequence[float]) -> Array:
 
 
 WAYS: dict[str, Callable[[Pose, Sequence[float]], Array]] = {
-    'the inverse': _inverse,
-    'none, the arguments swapped': _swapped,
+    'the inverse': lambda camera_T_map, camera_p: camera_T_map.inverse() @ camera_p,
+    'none, the arguments swapped': matmul,
     'the 4 x 4 matrix transposed': _transposed,
     'R transposed, t negated': _negated,
 }

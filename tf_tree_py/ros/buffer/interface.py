@@ -183,7 +183,7 @@ class BufferInterface:
         :param return_debug_tuple: return (answer, reason) instead.
         """
         _check_times(timeout, time)
-        return _answered(return_debug_tuple, lambda: self.lookup_transform(
+        return _answer(return_debug_tuple, lambda: self.lookup_transform(
             target_frame, source_frame, time, timeout))
 
     @overload
@@ -213,7 +213,7 @@ class BufferInterface:
         :param return_debug_tuple: return (answer, reason) instead.
         """
         _check_times(timeout, target_time, source_time)
-        return _answered(return_debug_tuple, lambda: self.lookup_transform_full(
+        return _answer(return_debug_tuple, lambda: self.lookup_transform_full(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
 
 
@@ -224,14 +224,22 @@ def _check_times(timeout: object, *times: object) -> None:
     as_nanoseconds(timeout)
 
 
-def _answered(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
+def answered(lookup: Callable[[], object],
+             reason_of: Callable[[TransformException], str] = str) -> tuple[bool, str]:
+    """Return whether a lookup succeeds, and the reason if not."""
     try:
         lookup()
     except ArgumentTypeException:
         raise
     except TransformException as error:
-        return (False, str(error)) if with_reason else False
-    return (True, '') if with_reason else True
+        return False, reason_of(error)
+    return True, ''
+
+
+def _answer(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:
+    # The text of an error costs more than a lookup.
+    answer = answered(lookup, str if with_reason else lambda _: '')
+    return answer if with_reason else answer[0]
 
 
 def _header_of(object_stamped: object) -> Header:

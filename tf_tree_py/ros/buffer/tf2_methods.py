@@ -13,11 +13,7 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many, ORIGIN, Velocity
 from tf_tree_py.buffer_core import BufferCore, Snapshot
-from tf_tree_py.core.errors import (
-    ArgumentTypeException,
-    InvalidArgumentException,
-    TransformException,
-)
+from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp
@@ -25,6 +21,7 @@ from tf_tree_py.core.times import checked_stamp, Stamp
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.reports import plain_text
 
+from .interface import answered
 from ..messages.convert import (
     as_nanoseconds,
     as_stamp,
@@ -121,25 +118,14 @@ class CoreApi(BufferCore):
     def can_transform_core(self, target_frame: str, source_frame: str,
                            time: TimeLike) -> tuple[bool, str]:
         """Return whether the lookup would succeed, and the reason if not."""
-        try:
-            self.lookup_stamped(target_frame, source_frame, self._as_stamp(time))
-        except ArgumentTypeException:
-            raise
-        except TransformException as error:
-            return (False, str(error))
-        return (True, '')
+        return answered(
+            lambda: self.lookup_stamped(target_frame, source_frame, self._as_stamp(time)))
 
     def can_transform_full_core(self, target_frame: str, target_time: TimeLike, source_frame: str,
                                 source_time: TimeLike, fixed_frame: str) -> tuple[bool, str]:
         """Return whether the lookup between two times would succeed, and the reason if not."""
-        try:
-            self.lookup_transform_full_core(
-                target_frame, target_time, source_frame, source_time, fixed_frame)
-        except ArgumentTypeException:
-            raise
-        except TransformException as error:
-            return (False, str(error))
-        return (True, '')
+        return answered(lambda: self.lookup_transform_full_core(
+            target_frame, target_time, source_frame, source_time, fixed_frame))
 
     def lookup_twist(self, tracking_frame: str, observation_frame: str, time: TimeLike,
                      averaging_interval: DurationLike, *, reference_frame: str | None = None,
