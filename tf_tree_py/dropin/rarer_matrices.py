@@ -39,8 +39,7 @@ def shear_from_matrix(matrix: npt.ArrayLike) -> tuple[float, Array, Array, Array
     return math.atan(tangent), direction, height * normal, normal
 
 
-def projection_matrix(point: npt.ArrayLike, normal: Any,
-                      direction: npt.ArrayLike | None = None,
+def projection_matrix(point: npt.ArrayLike, normal: Any, direction: npt.ArrayLike | None = None,
                       perspective: npt.ArrayLike | None = None, pseudo: bool = False) -> Array:
     """
     Return the matrix that projects onto the plane through a point.

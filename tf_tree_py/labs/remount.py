@@ -132,10 +132,8 @@ def forgotten(module: Module, before: Queries, after: Queries) -> Forgotten:
     """Compare a module that kept the old offsets with one that uses the tree."""
     old, new = (tree.lookup(module.target, module.sensor) for tree in (before, after))
     sensor_p = (module.ahead, 0.0, 0.0)
-    return Forgotten(
-        module, len(way(after, module)), REMOUNTED in way(after, module),
-        dist(old @ sensor_p, new @ sensor_p),
-        distance(old, new)[1])
+    return Forgotten(module, len(way(after, module)), REMOUNTED in way(after, module),
+                     dist(old @ sensor_p, new @ sensor_p), distance(old, new)[1])
 
 
 class Places(NamedTuple):

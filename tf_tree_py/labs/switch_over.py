@@ -92,9 +92,8 @@ def by_rule() -> tuple[Run, int]:
         for name, says in (('wheels', wheels), ('camera', camera), ('lidar', lidar)):
             incidents += buffer.insert_from(name, 'odom', 'base', stamp, says(stamp))
         if stamp == 0:
-            buffer.switch_by_rule(
-                'base', max_age=from_seconds(MAX_AGE_S), gate=GATE, max_speed=MAX_SPEED,
-                max_turn_rate=MAX_TURN_RATE)
+            buffer.switch_by_rule('base', max_age=from_seconds(MAX_AGE_S), gate=GATE,
+                                  max_speed=MAX_SPEED, max_turn_rate=MAX_TURN_RATE)
     poses = np.asarray(buffer.lookup_many('odom', 'base', _STAMPS))
     return Run('blend, by rule', poses, incidents[0].detail), incidents[0].stamp
 

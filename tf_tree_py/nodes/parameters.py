@@ -76,9 +76,8 @@ class Setting:
         if self.limits is not None:
             lowest, highest = self.limits
             ranges.append(FloatingPointRange(from_value=lowest, to_value=highest))
-        return ParameterDescriptor(
-            description=self.meaning, read_only=not self.changeable,
-            floating_point_range=ranges)
+        return ParameterDescriptor(description=self.meaning, read_only=not self.changeable,
+                                   floating_point_range=ranges)
 
 
 # rclpy declares these when a publisher or a subscription is made.

@@ -109,9 +109,8 @@ class RelocalisationAnchor(ClosingNode):
         self._tf = RawPublisher(self, TF_TOPIC, dynamic_qos())
         self._last = 0
         self._topic = self.resolve_topic_name('pose')
-        self.create_subscription(
-            PoseWithCovarianceStamped, 'pose', self._hear, 10,
-            event_callbacks=mismatches(self._topic, self._log))
+        self.create_subscription(PoseWithCovarianceStamped, 'pose', self._hear, 10,
+                                 event_callbacks=mismatches(self._topic, self._log))
         self.create_timer(1.0 / values['rate_hz'], self.publish)
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 

@@ -80,8 +80,7 @@ class RobotTopics:
 
 
 def fit_samples(batch: Batch, publisher: str,
-                report: Callable[[list[Incident]], object] = lambda refused: None
-                ) -> list[Sample]:
+                report: Callable[[list[Incident]], object] = lambda refused: None) -> list[Sample]:
     """Return the samples that a buffer would take, and report why it would refuse the others."""
     judged = [_fit(sample, publisher) for sample in batch.samples()]
     report([*(stamp.incident(publisher) for stamp in batch.impossible),

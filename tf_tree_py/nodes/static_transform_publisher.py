@@ -99,9 +99,8 @@ class StaticTransformPublisher(Node):
         for parent, child, pose, covariance in transforms:
             assert covariance is not None
             stamped = pose_with_covariance_stamped(parent, 0, pose, covariance)
-            self._covariances.publish(Odometry(
-                header=Header(stamp=now, frame_id=parent), child_frame_id=child,
-                pose=stamped.pose))
+            self._covariances.publish(Odometry(header=Header(stamp=now, frame_id=parent),
+                                               child_frame_id=child, pose=stamped.pose))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

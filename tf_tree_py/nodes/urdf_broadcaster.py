@@ -171,9 +171,8 @@ class UrdfBroadcaster(ClosingNode):
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
         home = internal_node(self, f'{name}_impl', with_clock=False)
         self._topic = self.resolve_topic_name('joint_states')
-        home.create_subscription(
-            JointState, self._topic, self._hear, sensor_qos(),
-            event_callbacks=mismatches(self._topic, self._warnings))
+        home.create_subscription(JointState, self._topic, self._hear, sensor_qos(),
+                                 event_callbacks=mismatches(self._topic, self._warnings))
         self._closing.callback(Receiver(home, lambda: None, write_counts=self._write_counts).close)
 
     def _declared(self, urdf: str | None) -> Values:

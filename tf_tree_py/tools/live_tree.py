@@ -77,9 +77,8 @@ class LiveTree:
         self._listener = TransformListener(
             self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
         self._diagnostics = SideTopics(self, self.node, 'diagnostics_impl')
-        self._diagnostics.subscribe(
-            DiagnosticArray, DIAGNOSTICS_TOPIC, partial(_hear, SwitchReports(), self.buffer),
-            sensor_qos())
+        self._diagnostics.subscribe(DiagnosticArray, DIAGNOSTICS_TOPIC,
+                                    partial(_hear, SwitchReports(), self.buffer), sensor_qos())
         self._begin_s = time.monotonic()
         self.name = ' and '.join(self._topics)
         self.now = self.buffer.now

@@ -143,9 +143,8 @@ class CoreApi(BufferCore):
             reference_point=reference_point, reference_point_frame=reference_point_frame)
         return velocity_stamped(velocity, tracking_frame, observation_frame, reference_frame)
 
-    def lookup_twist_many(self, tracking_frame: str, observation_frame: str,
-                          stamps: npt.ArrayLike, averaging_interval: DurationLike,
-                          **reference: Any) -> Array:
+    def lookup_twist_many(self, tracking_frame: str, observation_frame: str, stamps: npt.ArrayLike,
+                          averaging_interval: DurationLike, **reference: Any) -> Array:
         """
         Return the twists at many stamps; see ``core.twist.lookup_twist_many``.
 

@@ -261,9 +261,8 @@ class _Probe:
         self._arrival = arrival
         self._held_s = held_s
         self.began_s = time.monotonic()
-        self.wait = Wait(
-            owner._timeouts, self, lambda: owner._query(arrival.frame, arrival.stamp), None,
-            owner._lock)
+        self.wait = Wait(owner._timeouts, self, lambda: owner._query(arrival.frame, arrival.stamp),
+                         None, owner._lock)
 
     def answered(self, _: object) -> None:
         """Note when the transforms came."""

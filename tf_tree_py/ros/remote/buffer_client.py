@@ -121,9 +121,8 @@ class BufferClient(Closable, BufferInterface):
             source_time: TimeLike, fixed_frame: str,
             timeout: DurationLike | None = None) -> LookupCall:
         """Return a future of the transform between two times; the timeout is as above."""
-        return self._begin(full_goal(
-            target_frame, self._as_stamp(target_time), source_frame, self._as_stamp(source_time),
-            fixed_frame), timeout)
+        return self._begin(full_goal(target_frame, self._as_stamp(target_time), source_frame,
+                                     self._as_stamp(source_time), fixed_frame), timeout)
 
     def _as_stamp(self, time: TimeLike) -> int:
         return as_stamp(time, self._is_simulated)

@@ -267,8 +267,7 @@ class GoalClient:
         with self._lock:
             # A goal that is accepted only now is cancelled.
             self._progress.wait_for(
-                lambda: not self._goals.in_state(*UNACCEPTED) and not self._farewells,
-                _FAREWELL_S)
+                lambda: not self._goals.in_state(*UNACCEPTED) and not self._farewells, _FAREWELL_S)
 
     def _send_next(self) -> None:
         """Send the next goals, if a server is available and has room for them."""

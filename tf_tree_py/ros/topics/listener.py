@@ -183,9 +183,8 @@ def _every_second(buffer: Buffer, feeds: 'list[_Feed]') -> None:
 class _Feed:
     """Stores the messages of one topic in the buffer."""
 
-    def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool,
-                 qos: QoSProfile | int, names: Rename, spinner: Spinner,
-                 backlog: Backlog | None = None) -> None:
+    def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool, qos: QoSProfile | int,
+                 names: Rename, spinner: Spinner, backlog: Backlog | None = None) -> None:
         """
         Begin to receive.
 

@@ -135,9 +135,8 @@ class CovarianceListener(_Listener):
         :param static_topic: the topic of these, as Odometry for their two frames.
         :raises TypeError: a buffer of another library, such as tf2's.
         """
-        super().__init__(
-            buffer, node, 'CovarianceListener(buffer, node)', 'covariance_listener_impl',
-            buffer.feeds.log)
+        super().__init__(buffer, node, 'CovarianceListener(buffer, node)',
+                         'covariance_listener_impl', buffer.feeds.log)
         self._buffer = buffer
         self.subscribe(Odometry, static_topic, qos=static_listener_qos())
 

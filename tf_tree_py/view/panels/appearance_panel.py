@@ -102,9 +102,8 @@ class JointsPanel:
             gui.add_button('all at rest').on_click(lambda _: apply(self._rest))
             for slider in robot.sliders:
                 step = (slider.most - slider.least) / _STEPS
-                control = gui.add_slider(
-                    slider.variable, min=slider.least, max=slider.most, step=step,
-                    initial_value=slider.rest)
+                control = gui.add_slider(slider.variable, min=slider.least, max=slider.most,
+                                         step=step, initial_value=slider.rest)
                 self._positions[slider.variable] = Shared(
                     control, apply, partial(self._set, slider.variable))
 
