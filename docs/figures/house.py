@@ -34,7 +34,7 @@ LAYERS = {
     'interfaces': Layer('', needs='numpy rosidl_adapter rosidl_generator_c rosidl_generator_py '
                         'rosidl_generator_type_description rosidl_typesupport_c '
                         'rosidl_typesupport_fastrtps_c rosidl_typesupport_introspection_c'),
-    'command': Layer('core', needs=''),
+    'command': Layer('core', needs='rich'),
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
     'files': Layer('core', needs='numpy'),
     'screws': Layer('core', needs='numpy'),

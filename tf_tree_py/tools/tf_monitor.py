@@ -9,7 +9,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 import sys
 import time
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 from tf_tree_py.command.arguments import (
     add_number,
@@ -29,6 +29,9 @@ from tf_tree_py.reports.explanation import explain, Explanation
 
 from .missing import Hint, hint_of, hints_of_graph
 from .tree_source import add_source, frame, nothing_arrived, open_source, TreeSource
+
+if TYPE_CHECKING:
+    from rich.text import Text
 
 NAME = 'tf_monitor'
 VERSION = 1
@@ -200,15 +203,15 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[object]:
         yield text(f'and {len(look.findings) - _MOST_FINDINGS} more findings: tf_doctor')
 
 
-def _without_empty(headings: Sequence[str], rows: Sequence[Sequence[object]]
-                   ) -> tuple[list[str], list[list[object]]]:
+def _without_empty(headings: Sequence[str], rows: Sequence[Sequence['str | Text']]
+                   ) -> tuple[list[str], list[list['str | Text']]]:
     """Return a table without the optional columns that are empty."""
     kept = [place for place, heading in enumerate(headings)
             if heading not in ('', _REFUSED) or any(row[place] for row in rows)]
     return [headings[place] for place in kept], [[row[place] for place in kept] for row in rows]
 
 
-def _cells(row: Watched) -> Sequence[object]:
+def _cells(row: Watched) -> Sequence['str | Text']:
     signs = row.signs
     kind = 'static' if signs.static else f'{row.rate_hz:.1f} Hz'
     gap = max(signs.longest_gap or 0, signs.silence or 0)

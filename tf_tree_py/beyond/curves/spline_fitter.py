@@ -19,10 +19,11 @@ import numpy as np
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.poses import PosesLike
-from tf_tree_py.core.geometry.se3 import PoseTuple, Twist
+from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_cache_time, Stamps, StampsLike
+from tf_tree_py.screws import Twist
 
 from .spline import Spline
 from .spline_fit import (
