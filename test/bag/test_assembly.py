@@ -67,7 +67,7 @@ def fed(arrivals, cache_time=UNLIMITED, decoder=None):
 
 def assert_same(result, buffer):
     """Assert that both are equal in every byte, and in their counts."""
-    ours, theirs = saved_tree(result.tree), saved_tree(buffer._tree)
+    ours, theirs = saved_tree(result.tree), saved_tree(buffer.intake.tree)
     assert ours.header == theirs.header
     assert ours.as_bytes() == theirs.as_bytes()
     assert result.intake.statistics() == buffer.statistics()

@@ -41,7 +41,7 @@ def test_block_has_the_result_of_single_messages(pairs):
     together.take(arrivals)
     for each in arrivals:
         buffer.insert_batch(Decoder().read(each), TF.authority)
-    ours, theirs = saved_tree(together.tree), saved_tree(buffer._tree)
+    ours, theirs = saved_tree(together.tree), saved_tree(buffer.intake.tree)
     assert (ours.header, ours.as_bytes()) == (theirs.header, theirs.as_bytes())
     assert together.intake.statistics() == buffer.statistics()
 

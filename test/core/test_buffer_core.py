@@ -461,8 +461,8 @@ def test_path_is_kept_though_it_never_had_an_answer():
     buffer.insert('a', 'b', 10, at(x=1.0))
     with pytest.raises(FutureExtrapolationException) as never:
         buffer.lookup('a', 'b', 11)
-    kept = buffer._tree.paths.newest_path('a', 'b')
-    assert kept is buffer._tree.paths.newest_path('a', 'b')
+    kept = buffer.intake.tree.paths.newest_path('a', 'b')
+    assert kept is buffer.intake.tree.paths.newest_path('a', 'b')
     buffer.insert('a', 'b', 20, at(x=3.0))
     assert buffer.lookup('a', 'b', 15) == at(x=2.0)
     with pytest.raises(FutureExtrapolationException) as again:

@@ -143,7 +143,7 @@ def test_covariance_of_a_held_pose_is_that_of_the_newest(buffer):
 
 
 def test_end_of_an_edge_is_not_held(buffer):
-    buffer._tree.histories['lift'].end()
+    buffer.intake.tree.histories['lift'].end()
     with pytest.raises(ExtrapolationException):
         buffer.lookup_at('base', 'lift', NEWEST + 1)
     assert 'lift' not in buffer.parents_at(NEWEST + 1)

@@ -36,7 +36,7 @@ def contents(buffer):
     """Return the whole content of a buffer: its histories, and its public view."""
     histories = {
         child: [*history.copy_between(-2**63, 2**63 - 1)[0].tolist(), history.parent]
-        for child, history in buffer._tree.histories.items()
+        for child, history in buffer.intake.tree.histories.items()
         if not history.is_static and history.latest_stamp is not None}
     return buffer.frames(), buffer.edges(), buffer.statistics(), histories
 
@@ -111,7 +111,7 @@ def test_what_the_buffer_does_not_keep_takes_no_memory():
     stamps = np.arange(100_000) * 1_000_000
     buffer.insert_track('map', 'base', stamps, np.tile(se3.IDENTITY, (len(stamps), 1)))
     assert buffer.edges()[0].samples == 1002
-    assert len(buffer._tree.histories['base'].stamps) < 3000
+    assert len(buffer.intake.tree.histories['base'].stamps) < 3000
 
 
 def test_callers_arrays_stay_theirs():

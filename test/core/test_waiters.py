@@ -7,6 +7,7 @@ import time
 
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant, rule, RuleBasedStateMachine
+from memory import bytes_of
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import (
@@ -25,6 +26,7 @@ from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.errors import ANY_STRUCTURE
 from tf_tree_py.core.messages.sample import Batch
+from tf_tree_py.core.tree.tree import Tree
 
 SECOND = 1_000_000_000
 LONG_S = 15.0  # only a broken wait lasts this long
@@ -33,13 +35,23 @@ LONG_S = 15.0  # only a broken wait lasts this long
 # --- the lists alone
 
 
+class Blocked(Inquiry):
+    """An inquiry whose query fails; ``blockers`` are what would change that."""
+
+    def __init__(self, waiting, woken):
+        super().__init__(waiting, self._fail, lambda: woken.append(self))
+
+    def _fail(self):
+        raise TransformException(blocked_on=self.blockers)
+
+
 class QueuesMachine(RuleBasedStateMachine):
     """The sorted queues compared with a dict of inquiries, each blocked by several events."""
 
     def __init__(self):
         super().__init__()
-        self.waiting = Waiting(threading.RLock())
-        self.everybody = [Inquiry(self.waiting, lambda: None, lambda: None) for _ in range(8)]
+        self.waiting, self.woken = Waiting(threading.RLock()), []
+        self.everybody = [Blocked(self.waiting, self.woken) for _ in range(8)]
         self.model = {}
 
     children = st.sampled_from(['a', 'b', None])
@@ -48,27 +60,35 @@ class QueuesMachine(RuleBasedStateMachine):
     @rule(number=numbers, blockers=st.lists(
         st.tuples(children, st.integers(0, 9)), min_size=1, max_size=4))
     def enter(self, number, blockers):
-        self.waiting._enter(self.everybody[number], blockers)
+        self.everybody[number].blockers = blockers
+        assert self.everybody[number].ask() is None
         self.model[number] = set(blockers)
 
     @rule(number=numbers)
     def leave(self, number):
-        self.waiting._leave(self.everybody[number])
+        self.everybody[number].end()
+        assert not self.everybody[number].waits
+        self.everybody[number] = Blocked(self.waiting, self.woken)
         self.model.pop(number, None)
 
     @rule(child=st.sampled_from('abc'), latest=st.integers(-1, 10))
     def reach(self, child, latest):
         ready = {number for number, blockers in self.model.items()
                  if any(edge == child and stamp <= latest for edge, stamp in blockers)}
-        self.pop(self.waiting._pop_reached(child, latest), ready)
+        tree = Tree(SECOND, 9, 9)
+        tree.insert('map', child, latest, Pose(), '', False)
+        self.waiting.change(tree, lambda: [child], lambda: None)
+        self.are_woken(ready)
 
     @rule()
-    def pop_all(self):
-        self.pop(self.waiting._pop_all(), set(self.model))
+    def ask_again(self):
+        self.waiting.ask_again()
+        self.are_woken(set(self.model))
 
-    def pop(self, popped, expected):
-        numbers = [self.everybody.index(inquiry) for inquiry in popped]
+    def are_woken(self, expected):
+        numbers = [self.everybody.index(inquiry) for inquiry in self.woken]
         assert sorted(numbers) == sorted(expected)
+        self.woken.clear()
         for number in expected:
             assert not self.everybody[number].waits
             del self.model[number]
@@ -76,14 +96,22 @@ class QueuesMachine(RuleBasedStateMachine):
     @invariant()
     def everybody_stands_where_the_model_says(self):
         assert len(self.waiting) == len(self.model)
-        assert self.waiting._somebody.is_set() == bool(self.model)
+        assert self.waiting.sleep_until_somebody(0.0) == bool(self.model)
         for number, inquiry in enumerate(self.everybody):
             assert set(inquiry.places) == self.model.get(number, set())
-        assert all(line == sorted(line) for line in self.waiting._lines.values())
-        assert all(self.waiting._lines.values())
 
 
 TestQueuesAreInOrder = QueuesMachine.TestCase
+
+
+def test_queue_in_which_nobody_stands_any_more_takes_no_memory():
+    waiting = Waiting(threading.RLock())
+    for number in range(1000):
+        inquiry = Blocked(waiting, [])
+        inquiry.blockers = [(f'frame{number}', 1)]
+        inquiry.ask()
+        inquiry.end()
+    assert bytes_of(waiting) < 20_000
 
 
 # --- waiting on a buffer

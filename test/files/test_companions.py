@@ -75,8 +75,8 @@ def test_copy_of_a_tree_has_copies(buffer):
 
 
 def test_what_does_not_copy_itself_is_not_in_a_copy(buffer):
-    cache = buffer._tree.companion_or_new(Cache)
-    assert buffer._tree.companion(Cache) is cache
+    cache = buffer.intake.tree.companion_or_new(Cache)
+    assert buffer.intake.tree.companion(Cache) is cache
     assert Cache not in buffer.snapshot()._tree.companions
 
 
@@ -105,7 +105,7 @@ def test_file_contains_it(buffer, tmp_path):
 
 def test_file_does_not_contain_an_empty_one(buffer, tmp_path):
     notes_of(buffer).by_child.clear()
-    buffer._tree.companion_or_new(Cache)
+    buffer.intake.tree.companion_or_new(Cache)
     buffer.save(tmp_path / 'run.tftree')
     assert load(tmp_path / 'run.tftree')._tree.companions == {}
 

@@ -188,7 +188,7 @@ def test_sample_that_changed_is_a_wrong_number_unless_the_file_is_verified(tmp_p
 
 def test_file_without_a_checksum_cannot_be_verified(tmp_path, buffer):
     path = tmp_path / 'run.tftree'
-    path.write_bytes(saved_tree(buffer._tree).as_bytes())
+    path.write_bytes(saved_tree(buffer.intake.tree).as_bytes())
     load(path)
     with pytest.raises(TreeFileError, match='no checksum.*without verify=True, and save it'):
         load(path, verify=True)

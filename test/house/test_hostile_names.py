@@ -77,7 +77,7 @@ def test_name_that_no_message_can_carry_is_refused_on_either_end(name, words, st
 
 def test_snapshot_keeps_the_limit():
     buffer = BufferCore(max_name_bytes=3)
-    assert buffer._tree.copy().max_name_bytes == 3
+    assert buffer.intake.tree.copy().max_name_bytes == 3
 
 
 # --- the reports
@@ -178,7 +178,7 @@ def test_long_messages_of_known_edges_are_not_kept():
     listening.reader = WireReader(most=DEFAULT_REMEMBERED // 10)
     for number in range(60):
         listening.hear(*[Sample('map', f'good{number % 2}', 1, Pose())] * (100 + number))
-    samples = bytes_of(listening.buffer._tree.histories)
+    samples = bytes_of(listening.buffer.intake.tree.histories)
     assert bytes_of(listening.buffer, listening.reader) - samples < 3_000_000
 
 
@@ -191,7 +191,7 @@ def test_who_fights_over_everything_is_not_kept_for_ever():
             buffer.insert(f'world{round_}', name, round_, Pose(), authority=f'node{number}')
             buffer.insert(f'map{round_}', name, round_, Pose(), authority='another')
     assert buffer.statistics().incidents[Kind.SECOND_PARENT] > 5_000
-    assert bytes_of(buffer._tree._remarks._fights) < 1_000_000
+    assert bytes_of(buffer.intake.tree._remarks._fights) < 1_000_000
 
 
 def test_paths_between_all_frames_are_not_kept_for_ever():
@@ -202,7 +202,7 @@ def test_paths_between_all_frames_are_not_kept_for_ever():
     for target in names:
         for source in names:
             buffer.lookup(target, source, LATEST)
-    assert len(buffer._tree.paths._paths) <= 20_000
+    assert len(buffer.intake.tree.paths._paths) <= 20_000
 
 
 def test_audit_of_strangers_lookups_is_short():

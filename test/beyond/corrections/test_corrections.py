@@ -448,7 +448,7 @@ def test_what_is_kept_of_corrections_does_not_grow_beyond_the_window():
     for stamp in range(0, 10 * SECOND, STEP):
         buffer.insert('odom', 'base', stamp, Pose())
         buffer.correct('base', Pose(x=1e-3 * (stamp // STEP % 5)), over=STEP)
-    correction = buffer._tree.histories['base'].corrections['odom']
+    correction = buffer.intake.tree.histories['base'].corrections['odom']
     assert len(correction.measured) < 105 and len(correction.stages) < 105
 
 

@@ -139,7 +139,7 @@ def test_it_is_forgotten_with_the_window():
     for begin in range(20):
         stamps = begin * SECOND + np.arange(0, SECOND, 1_000_000)
         buffer.aid('base', stamps, np.zeros((1000, 3)))
-    assert len(gyro_of(buffer._tree.histories['base']).orientations) <= 1002
+    assert len(gyro_of(buffer.intake.tree.histories['base']).orientations) <= 1002
 
 
 def test_wrong_arguments_are_told():

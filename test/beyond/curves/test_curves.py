@@ -122,9 +122,9 @@ def test_twists_of_a_curve_are_taken_whatever_the_interval():
 def test_snapshot_answers_alike_after_the_curve_was_replaced(buffer, curve):
     stamp = 2 * SECOND
     still = buffer.snapshot()
-    version = buffer._tree.version
+    version = buffer.intake.tree.version
     buffer.insert_curve('odom', 'base', ConstantTwist(BEGIN, END, TILT, np.zeros(6)))
-    assert buffer._tree.version == version
+    assert buffer.intake.tree.version == version
     assert_same_pose(buffer.lookup('odom', 'base', stamp), TILT)
     assert_same_pose(still.lookup('odom', 'base', stamp), pose_of(curve, stamp))
 
@@ -341,7 +341,7 @@ def test_lookups_never_ask_a_curve_for_its_length():
             with pytest.raises(LookupException):
                 tree.lookup('nowhere', source)
     assert curve.asked == 0
-    assert len(buffer._tree.histories['base']) == len(curve)
+    assert len(buffer.intake.tree.histories['base']) == len(curve)
     assert curve.asked == 2
 
 
@@ -350,7 +350,7 @@ def test_spline_is_a_curve_and_needs_no_wrapping():
     spline = Spline.fit(stamps, Orbit().poses(stamps), 10.0)
     buffer = BufferCore()
     buffer.insert_curve('odom', 'base', spline)
-    assert buffer._tree.histories['base'].curve is spline
+    assert buffer.intake.tree.histories['base'].curve is spline
     assert so3.log(so3.multiply(so3.conjugate(spline.pose(2 * SECOND)[3:]),
                                 pose_of(Orbit(), 2 * SECOND)[3:])) == pytest.approx(
         (0, 0, 0), abs=1e-6)

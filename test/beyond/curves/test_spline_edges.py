@@ -176,9 +176,9 @@ def test_waiting_ends_when_the_spline_has_grown(buffer):
 
 def test_spline_that_goes_on_leaves_paths_as_they_are(buffer, spline):
     buffer.lookup('map', 'camera', 1_500_000_000)
-    version = buffer._tree.version
+    version = buffer.intake.tree.version
     assert buffer.insert_curve('odom', 'imu', spline) == []
-    assert buffer._tree.version == version
+    assert buffer.intake.tree.version == version
     longer = Spline.fit(STAMPS, wave(STAMPS + SECOND), 20.0)
     buffer.insert_curve('odom', 'imu', longer)
     assert buffer.lookup('odom', 'imu', 1_500_000_000) == longer.pose(1_500_000_000)

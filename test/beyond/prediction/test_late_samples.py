@@ -57,7 +57,7 @@ def test_late_sample_costs_no_more_than_it_changes(lateness):
     asked = 'odom', 'base', newest + 100 * MS, SECOND
     with calls() as first:
         buffer.predict(*asked)
-    past = buffer._tree.companion(PastCache).by_child['base']
+    past = buffer.intake.tree.companion(PastCache).by_child['base']
     blocks = dict(past._limits._blocks)
     late = newest - lateness + 5 * MS
     buffer.insert('odom', 'base', late, turning(late / SECOND))
@@ -66,7 +66,7 @@ def test_late_sample_costs_no_more_than_it_changes(lateness):
     made = first(Trials._error), again(Trials._error)
     assert made[0] >= 32 and made[1] <= (12 if lateness < SECOND else 0.8 * made[0])
     assert again(_lasting_limits) == (lateness > SECOND)
-    kept = buffer._tree.companion(PastCache).by_child['base']._limits._blocks
+    kept = buffer.intake.tree.companion(PastCache).by_child['base']._limits._blocks
     assert sum(kept.get(block) is one for block, one in blocks.items()) >= (
         len(blocks) - (8 if lateness > SECOND else 0))
 

@@ -156,7 +156,7 @@ def test_what_is_kept_of_earlier_predictions_changes_no_answer(step):
             np.testing.assert_allclose(
                 found.covariance, buffer.snapshot().predict(*asked).covariance, rtol=1e-9)
     buffer.clear()
-    assert not buffer._tree.companion(PastCache).by_child
+    assert not buffer.intake.tree.companion(PastCache).by_child
 
 
 def test_covariance_of_the_newest_pose_is_carried_on():

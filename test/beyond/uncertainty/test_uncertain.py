@@ -28,7 +28,7 @@ SECOND = 1_000_000_000
 
 
 def edges_with_covariances(buffer):
-    known = buffer._tree.companion(EdgeCovariances)
+    known = buffer.intake.tree.companion(EdgeCovariances)
     return {} if known is None else known.by_edge
 
 
@@ -342,6 +342,6 @@ def test_tree_without_them_keeps_nothing_of_the_kind():
     buffer.remove_frame('camera')
     for tree in (Tree(SECOND, 9, 9), Tree(SECOND, 9, 9).copy()):
         assert not tree.companions
-    assert not hasattr(buffer._tree.histories['base'], '__dict__')
+    assert not hasattr(buffer.intake.tree.histories['base'], '__dict__')
     take_covariance(buffer.intake, 'odom', 'base', 1, np.eye(6), 'test')
     assert list(edges_with_covariances(buffer)) == [('odom', 'base')]

@@ -35,7 +35,7 @@ from ..stamp import BEGINNING, FOREVER, LATEST
 from ..times import Stamps
 
 # Stamps per block of the direct method; its temporary arrays then fit into the cache.
-_BLOCK = 8192
+BLOCK = 8192
 # How far a polynomial may deviate from the function, in addition to rounding.
 _TOLERANCE = 5e-13
 _ROUNDING = 2.0 ** -52
@@ -85,9 +85,9 @@ class PathTrack:
 
     def _directly(self, stamps: Stamps) -> Array:
         poses = np.empty((len(stamps), 7))
-        for begin in range(0, len(stamps), _BLOCK):
-            block = stamps[begin:begin + _BLOCK]
-            poses[begin:begin + _BLOCK] = self._compose_after(block).T
+        for begin in range(0, len(stamps), BLOCK):
+            block = stamps[begin:begin + BLOCK]
+            poses[begin:begin + BLOCK] = self._compose_after(block).T
         return poses
 
     def _through_polynomials(self, stamps: Stamps, knots: Stamps, nodes: int) -> Array:
@@ -102,13 +102,13 @@ class PathTrack:
         coefficients[-1] = values[..., 0].T
         np.maximum(lengths, 1, out=lengths)
         poses = np.empty((len(stamps), 7))
-        for begin in range(0, len(stamps), _BLOCK):
-            block = stamps[begin:begin + _BLOCK]
+        for begin in range(0, len(stamps), BLOCK):
+            block = stamps[begin:begin + BLOCK]
             pieces = knots[1:].searchsorted(block, side='right')
             passed = (block - knots.take(pieces)) / lengths.take(pieces)
             # Repeated for each coordinate, because broadcasting over seven is slower in numpy.
             since = np.repeat(passed, 7).reshape(-1, 7)
-            block_poses = poses[begin:begin + _BLOCK]
+            block_poses = poses[begin:begin + BLOCK]
             coefficients[0].take(pieces, axis=0, out=block_poses, mode='clip')
             for coefficient in coefficients[1:]:
                 block_poses *= since
