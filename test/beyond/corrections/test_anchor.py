@@ -7,6 +7,7 @@ import math
 
 from hypothesis import settings
 from inputs import for_each
+from memory import bytes_of
 import numpy as np
 import pytest
 from strategies import assert_same_pose
@@ -225,7 +226,9 @@ def test_one_that_is_delivered_again_is_no_second_one():
     assert anchor.held == before
     for number in range(3, 5_500):
         anchor.take(sighting(number * SECOND))
-    assert len(anchor._taken) < 5000 and len(anchor._recent) < 100
+    assert bytes_of(anchor) < 2_200_000
+    assert not anchor.take(sighting(498 * SECOND)).repeated
+    assert anchor.take(sighting(5_499 * SECOND)).repeated
 
 
 def test_two_cameras_with_one_stamp_are_two():

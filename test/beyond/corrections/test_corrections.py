@@ -101,7 +101,7 @@ def test_corrections_and_lookups_wait_for_who_is_inside_the_buffer(act):
     buffer = fed(SECOND)
     buffer.correct('base', SHIFT)
     visitor = threading.Thread(target=act, args=(buffer,))
-    with buffer._lock:
+    with buffer.intake.lock:
         visitor.start()
         visitor.join(0.05)  # without the lock, a millisecond is enough
         assert visitor.is_alive()

@@ -149,14 +149,14 @@ def test_left_jacobian_is_the_derivative_of_exp(rng):
 
 
 def test_draws_have_exact_moments():
-    draws = propagation._draws(18)
+    draws = propagation.exact_draws(18)
     np.testing.assert_allclose(draws.mean(axis=1), 0.0, atol=1e-15)
     np.testing.assert_allclose(draws @ draws.T / draws.shape[1], np.eye(18), atol=1e-12)
 
 
 @pytest.mark.parametrize('edges', [1, 2, 5, 10])
 def test_cubature_is_exact_to_the_fifth_degree(edges):
-    values, chosen, weights = propagation._cubature(edges)
+    values, chosen, weights = propagation.cubature(edges)
     points = values[:, chosen].swapaxes(0, 1).reshape(3 * edges, -1)
     first, second, last = points[0], points[1], points[-1]
     for moment, expected in ((1.0, 1), (first, 0), (first ** 2, 1), (first * second, 0),
@@ -176,7 +176,7 @@ def several_errors(seed, degrees):
 @pytest.mark.parametrize('seed', range(3))
 def test_cubature_and_draws_agree_and_nothing_jumps_between_them(seed, degrees, tolerance):
     errors = several_errors(seed, degrees)
-    cubature, draws = propagation._by_cubature(*errors), propagation._by_draws(*errors)
+    cubature, draws = propagation.by_cubature(*errors), propagation.by_draws(*errors)
     scale = np.sqrt(np.outer(draws.diagonal(), draws.diagonal()))
     assert (np.abs(cubature - draws) / scale).max() < tolerance
 
@@ -186,5 +186,5 @@ def test_cubature_takes_edges_whose_rotation_is_certain():
     covariances[1, 3:] = covariances[1, :, 3:] = 0.0
     covariances[2, 5] = covariances[2, :, 5] = 0.0
     errors = places, covariances, upwards, point
-    np.testing.assert_allclose(propagation._by_cubature(*errors),
-                               propagation._by_draws(*errors), atol=1e-5)
+    np.testing.assert_allclose(propagation.by_cubature(*errors),
+                               propagation.by_draws(*errors), atol=1e-5)

@@ -62,8 +62,8 @@ def with_large_angles(axes: Array, places: Array, covariances: Array, upwards: S
     angles = float(np.einsum('eii->', turned[:, 3:, 3:]))
     ways = np.array(upwards, dtype=bool)
     if angles <= _OF_CUBATURE and len(axes) <= _MOST_EDGES:
-        return _by_cubature(places, turned, ways, point)
-    return _by_draws(places, turned, ways, point)
+        return by_cubature(places, turned, ways, point)
+    return by_draws(places, turned, ways, point)
 
 
 def with_shared_errors(ways: Sequence[tuple[Array, Array, Sequence[bool], Array]]) -> Array:
@@ -74,7 +74,7 @@ def with_shared_errors(ways: Sequence[tuple[Array, Array, Sequence[bool], Array]
         the result, the directions and the point; see ``with_large_angles``. An error is its root
         times D independent unit errors, which all poses share.
     """
-    draws = _draws(ways[0][1].shape[-1])
+    draws = exact_draws(ways[0][1].shape[-1])
     errors = np.concatenate([_moved(places, roots @ draws, np.array(upwards, dtype=bool), point)
                              for places, roots, upwards, point in ways])
     return np.asarray(errors @ errors.T / draws.shape[-1])
@@ -87,14 +87,14 @@ def _doubled(axes: Array) -> Array:
     return whole
 
 
-def _by_cubature(places: Array, covariances: Array, upwards: Mask, point: Array) -> Array:
+def by_cubature(places: Array, covariances: Array, upwards: Mask, point: Array) -> Array:
     """
     Return the covariance from points for the rotations, and formulas for the translations.
 
     The error of a translation is the sum of its regression on the error of the rotation, and an
     independent rest. Other errors only rotate the rest.
     """
-    points, chosen, weights = _cubature(len(places))
+    points, chosen, weights = cubature(len(places))
     values, vectors = np.linalg.eigh(covariances[:, 3:, 3:])
     sizes = np.sqrt(np.maximum(values, 0.0))
     least = 1e-8 * sizes[:, -1:] + 1e-300
@@ -130,14 +130,14 @@ def _rotated(rest: Array, rotations: Array, upwards: Mask) -> Array:
     return np.asarray(rest + turned + 0.5 * both - trace * rest)
 
 
-def _by_draws(places: Array, covariances: Array, upwards: Mask, point: Array) -> Array:
+def by_draws(places: Array, covariances: Array, upwards: Mask, point: Array) -> Array:
     """
     Return the second moment of 4,096 fixed draws, in pairs of opposite ones.
 
     Their mean and covariance are exact: so the result equals the first-order formula for small
     errors, and is also valid for large angles.
     """
-    draws = _draws(6 * len(places))
+    draws = exact_draws(6 * len(places))
     values, vectors = np.linalg.eigh(covariances)
     roots = (vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]) @ vectors.swapaxes(1, 2)
     errors = _moved(places, roots @ draws.reshape(-1, 6, draws.shape[-1]), upwards, point)
@@ -174,7 +174,7 @@ def _moved(places: Array, errors: Array, upwards: Mask, point: Array,
 
 
 @lru_cache(maxsize=16)
-def _cubature(edges: int) -> tuple[Array, Indices, Array]:
+def cubature(edges: int) -> tuple[Array, Indices, Array]:
     """
     Return a formula for normal deviates, three of each edge, that is exact to the fifth degree.
 
@@ -208,7 +208,7 @@ def _signs(count: int) -> Iterator[tuple[int, ...]]:
 
 
 @lru_cache(maxsize=8)
-def _draws(count: int) -> Array:
+def exact_draws(count: int) -> Array:
     """Return draws (count, 4096 or more) with the mean 0 and the covariance I, exactly."""
     half = np.random.default_rng(_SEED).normal(size=(max(_PAIRS, 2 * count), count))
     values, vectors = np.linalg.eigh(half.T @ half / len(half))
