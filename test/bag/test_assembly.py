@@ -24,6 +24,7 @@ from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.messages.incidents import Incident
+from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.tree_file import saved_tree
 from tf_tree_py.frame_names import rename
 
@@ -144,7 +145,7 @@ def test_static_message_that_is_sent_again_interrupts_nothing():
     with calls() as of:
         assembled(messages)
         assert of(Intake.take_track) == 2
-        assert of(Assembler._first_other) < 5
+        assert 0 < of(Tree.history_to_extend) < 9
 
 
 def test_where_nothing_fits_looking_for_what_does_is_given_up_soon():
@@ -153,8 +154,8 @@ def test_where_nothing_fits_looking_for_what_does_is_given_up_soon():
         [('base', 'map')], count=400, source=OTHER), strict=True) for each in pair]
     with calls() as of:
         result = assembled(messages)
-        tried = of(Assembler._first_other)
-    assert tried < 20
+        tried = of(Tree.history_to_extend)
+    assert 0 < tried < 40
     assert_same(result, fed(messages))
 
 
@@ -193,7 +194,7 @@ def recordings(draw):
 @given(recordings(), st.sampled_from([UNLIMITED, SECOND]), st.sampled_from([1, 700, 10**6]))
 def test_tree_is_the_one_that_a_buffer_has_which_was_fed(messages, cache_time, window_bytes):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assembling, '_WINDOW_BYTES', window_bytes)
+        patch.setattr(assembling, 'WINDOW_BYTES', window_bytes)
         result = assembled(messages, cache_time)
     assert_same(result, fed(messages, cache_time))
 

@@ -42,8 +42,7 @@ def copies(tmp_path, monkeypatch):
 def read(path):
     """Return all messages of a bag, and what it says about its damage."""
     with Bag(path) as bag:
-        [storage] = bag._storages
-        messages = [arrival.data for arrival in storage.arrivals(bag.everything, None, None)]
+        messages = [arrival.data for arrival in bag.arrivals()]
         return messages, bag.damage
 
 
@@ -145,9 +144,9 @@ def test_file_that_unpacks_to_nothing_is_refused_by_its_name(tmp_path, plain, si
 
 
 def test_begin_of_a_bomb_is_refused_like_the_whole(tmp_path, monkeypatch, plain):
-    monkeypatch.setattr(message_source, '_ALWAYS', 2**20)
+    monkeypatch.setattr(message_source, 'ALWAYS', 2**20)
     path = tmp_path / f'{plain.name}.zst'
     path.write_bytes(zstd.compress(plain.read_bytes() + bytes(2**24))[:-100])
-    monkeypatch.setattr(message_source, '_TIMES', 2)
+    monkeypatch.setattr(message_source, 'TIMES', 2)
     with pytest.raises(BagError, match='the file of .* unpacks to more than'):
         Bag(Path(path))

@@ -126,7 +126,7 @@ def _fault(before: int, stamp: int) -> tuple[str, str]:
 # --- assembly
 
 # Of a window: enough samples of each edge for numpy, and small compared with the histories.
-_WINDOW_BYTES = 16_000_000
+WINDOW_BYTES = 16_000_000
 
 
 class Assembler:
@@ -287,7 +287,7 @@ def _windows(arrivals: Iterable[RecordedMessage]) -> Iterator[list[RecordedMessa
     for arrival in arrivals:
         window.append(arrival)
         size += len(arrival.data)
-        if size > _WINDOW_BYTES:
+        if size > WINDOW_BYTES:
             yield window
             window, size = [], 0
     if window:

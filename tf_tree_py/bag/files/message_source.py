@@ -188,7 +188,7 @@ VARIABLE = 'TF_TREE_PY_MAX_UNPACKED'
 """The environment variable that sets the limit, in bytes."""
 
 # Messages with transforms are compressed to a twentieth at best.
-_ALWAYS, _TIMES = 256 * 2**20, 200
+ALWAYS, TIMES = 256 * 2**20, 200
 
 
 class TooLarge(ValueError):
@@ -202,7 +202,7 @@ def unpacked_limit(packed: int) -> int:
     :param packed: its compressed size, bytes.
     """
     given = os.environ.get(VARIABLE, '')
-    return int(given) if given.isdecimal() else max(_ALWAYS, _TIMES * packed)
+    return int(given) if given.isdecimal() else max(ALWAYS, TIMES * packed)
 
 
 def too_large(what: str, packed: int) -> TooLarge:

@@ -65,7 +65,7 @@ def limit_chunks(reader: rosbag1.Reader) -> None:
 def _limited(make: Callable[[], Decompressor]) -> Callable[[bytes], bytes]:
     def unpack(packed: bytes) -> bytes:
         limit = unpacked_limit(len(packed))
-        unpacked = _unpacked(packed, make, limit)
+        unpacked = unpacked_up_to(packed, make, limit)
         if len(unpacked) > limit:
             raise too_large('a chunk', len(packed))
         return unpacked
@@ -75,11 +75,11 @@ def _limited(make: Callable[[], Decompressor]) -> Callable[[bytes], bytes]:
 def _as_said(make: Callable[[], Decompressor]) -> Callable[[bytes, int], bytes]:
     """Return a function that unpacks a chunk of MCAP up to the size in its header."""
     def unpack(packed: bytes, size: int) -> bytes:
-        return _unpacked(packed, make, min(size, unpacked_limit(len(packed))))
+        return unpacked_up_to(packed, make, min(size, unpacked_limit(len(packed))))
     return unpack
 
 
-def _unpacked(packed: bytes, make: Callable[[], Decompressor], limit: int) -> bytes:
+def unpacked_up_to(packed: bytes, make: Callable[[], Decompressor], limit: int) -> bytes:
     """Unpack one or several frames, but at most one byte more than a limit."""
     parts, left = [], limit + 1
     while packed and left > 0:
