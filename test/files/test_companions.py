@@ -11,6 +11,7 @@ from tf_tree_py import BufferCore, load
 from tf_tree_py.core import Pose, TreeFileError
 from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.tree.companions import Companion
+from tf_tree_py.files.tree_file import load_file
 
 SECOND = 10**9
 
@@ -60,54 +61,54 @@ def buffer():
     made.insert('map', 'odom', SECOND, Pose(x=1.0))
     made.insert('odom', 'base', SECOND, Pose(x=1.0))
     made.insert('base', 'lidar', 0, Pose(z=1.0), static=True)
-    notes_of(made).by_child.update(odom='slips', lidar='new')
+    notes_of(made.intake.tree).by_child.update(odom='slips', lidar='new')
     return made
 
 
 def notes_of(tree):
-    return tree._tree.companion_or_new(Notes)
+    return tree.companion_or_new(Notes)
 
 
 def test_copy_of_a_tree_has_copies(buffer):
-    still = buffer.snapshot()
-    notes_of(buffer).by_child['odom'] = 'fixed'
+    still = buffer.intake.tree.copy()
+    notes_of(buffer.intake.tree).by_child['odom'] = 'fixed'
     assert notes_of(still).by_child == {'odom': 'slips', 'lidar': 'new'}
 
 
 def test_what_does_not_copy_itself_is_not_in_a_copy(buffer):
     cache = buffer.intake.tree.companion_or_new(Cache)
     assert buffer.intake.tree.companion(Cache) is cache
-    assert Cache not in buffer.snapshot()._tree.companions
+    assert Cache not in buffer.intake.tree.copy().companions
 
 
 def test_clearing_keeps_what_belongs_to_static_edges(buffer):
     buffer.clear()
-    assert notes_of(buffer).by_child == {'lidar': 'new'}
+    assert notes_of(buffer.intake.tree).by_child == {'lidar': 'new'}
 
 
 def test_removing_a_frame_removes_what_belongs_to_it(buffer):
     buffer.remove_frame('lidar')
-    assert notes_of(buffer).by_child == {'odom': 'slips'}
+    assert notes_of(buffer.intake.tree).by_child == {'odom': 'slips'}
 
 
 def test_companion_is_notified_when_an_edge_is_new_and_not_of_each_sample(buffer):
-    before = notes_of(buffer).changes
+    before = notes_of(buffer.intake.tree).changes
     buffer.insert('map', 'odom', 2 * SECOND, Pose(x=2.0))
-    assert notes_of(buffer).changes == before
+    assert notes_of(buffer.intake.tree).changes == before
     buffer.insert('map', 'table', 2 * SECOND, Pose(x=2.0))
-    assert notes_of(buffer).changes > before
+    assert notes_of(buffer.intake.tree).changes > before
 
 
 def test_file_contains_it(buffer, tmp_path):
     buffer.save(tmp_path / 'run.tftree')
-    assert notes_of(load(tmp_path / 'run.tftree')).by_child == {'odom': 'slips', 'lidar': 'new'}
+    assert notes_of(load_file(tmp_path / 'run.tftree')).by_child == {'odom': 'slips', 'lidar': 'new'}
 
 
 def test_file_does_not_contain_an_empty_one(buffer, tmp_path):
-    notes_of(buffer).by_child.clear()
+    notes_of(buffer.intake.tree).by_child.clear()
     buffer.intake.tree.companion_or_new(Cache)
     buffer.save(tmp_path / 'run.tftree')
-    assert load(tmp_path / 'run.tftree')._tree.companions == {}
+    assert load_file(tmp_path / 'run.tftree').companions == {}
 
 
 def test_file_cannot_ask_for_what_is_never_saved(buffer, tmp_path):

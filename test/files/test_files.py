@@ -229,7 +229,7 @@ def test_pipe_without_a_writer_is_refused_at_once(tmp_path):
 # --- malicious files
 
 PREFIX = struct.Struct('<8sIII')
-WHOLE = saved_tree(fill(BufferCore(3 * SECOND))._tree).as_bytes()
+WHOLE = saved_tree(fill(BufferCore(3 * SECOND)).intake.tree).as_bytes()
 MAGIC, VERSION, SIZE, _ = PREFIX.unpack_from(WHOLE)
 HEADER_ENDS = PREFIX.size + SIZE
 FACTS = json.loads(WHOLE[PREFIX.size:HEADER_ENDS])

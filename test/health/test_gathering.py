@@ -4,7 +4,9 @@
 """A doctor that gathers messages returns what one does that processes each on arrival."""
 
 from dataclasses import asdict
+from types import SimpleNamespace
 
+from counting import calls
 from effort import examples
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant, precondition, rule, RuleBasedStateMachine
@@ -16,6 +18,7 @@ from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.doctor import Doctor
+from tf_tree_py.health.measures.sample_rows import MessageColumns
 
 MS = 1_000_000
 LAYOUTS = [
@@ -42,10 +45,17 @@ class PromptDoctor(Doctor):
             self._digest()
 
 
-def facts(doctor):
-    """Return everything that a doctor has measured, other than of the clocks' steps."""
+def case_of(doctor):
+    """Return everything that a doctor has measured."""
+    cases = []
+    doctor.findings(checks=[SimpleNamespace(findings=lambda case: cases.append(case) or ())])
+    return cases[0]
+
+
+def facts(case):
+    """Return what was measured, other than of the clocks' steps."""
     return {edge.frames: (set(edge.authorities), moving(edge.moving), fixed(edge.fixed))
-            for edge in doctor._edges.values()}
+            for edge in case.edges}
 
 
 def moving(edge):
@@ -70,8 +80,8 @@ def fixed(edge):
     return None if edge is None else (edge.count, edge.first, edge.changes, edge.gone, edge.turned)
 
 
-def parents(doctor):
-    return {child: (one.switches, one.last) for child, one in doctor._parents.items()}
+def parents(case):
+    return {child: (one.switches, one.last) for child, one in case.parents.items()}
 
 
 class Gathering(RuleBasedStateMachine):
@@ -136,7 +146,7 @@ class Gathering(RuleBasedStateMachine):
 
     def teardown(self):
         self.read_symptoms()
-        one, other = self.doctors
+        one, other = map(case_of, self.doctors)
         assert facts(one) == facts(other)
         assert parents(one) == parents(other)
 
@@ -147,10 +157,10 @@ TestGathering = Gathering.TestCase
 
 def test_layouts_that_a_program_invents_do_not_eat_the_memory():
     doctor, number = Doctor(), 0
-    gathering = doctor._gathering
     pose = pack_pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-    while not number or gathering._alike:
-        edges = [('map', f'child{number}'), ('map', f'other{number}')]
-        doctor.received(ReceivedMessage(Batch(edges, [1, 1], [pose, pose]), 1, '/tf'))
-        number += 1
-        assert number < 5_000
+    with calls() as of:
+        while not of(MessageColumns.take):
+            edges = [('map', f'child{number}'), ('map', f'other{number}')]
+            doctor.received(ReceivedMessage(Batch(edges, [1, 1], [pose, pose]), 1, '/tf'))
+            number += 1
+            assert number < 5_000
