@@ -46,14 +46,14 @@ class _Held(threading.local):
     """The locks that a thread holds, in the order in which it took them."""
 
     def __init__(self) -> None:
-        self.locks: list[_Lock] = []
+        self.locks: list[Lock] = []
 
 
 _held = _Held()
-_pairs: dict[Pair, str] = {}
+noted: dict[Pair, str] = {}
 
 
-class _Lock:
+class Lock:
     """
     A lock of ``threading`` that notes what the thread holds when it takes the lock.
 
@@ -91,11 +91,11 @@ class _Lock:
             return
         for held in _held.locks:
             pair = held.name, self.name
-            if pair not in _pairs:
-                _pairs[pair] = ''.join(traceback.format_stack(limit=14)[:-2])
+            if pair not in noted:
+                noted[pair] = ''.join(traceback.format_stack(limit=14)[:-2])
 
 
-class _RLock(_Lock):
+class RLock(Lock):
     """The same of a re-entrant lock, with the methods that a ``Condition`` calls."""
 
     def _is_owned(self) -> bool:
@@ -120,13 +120,13 @@ def record() -> None:
     """
     faulthandler.dump_traceback_later(PATIENCE_S - 60.0, exit=True)
     assert 'tf_tree_py' not in sys.modules, 'too late: its locks exist already'
-    threading.Lock = _making(_thread.allocate_lock, _Lock)  # type: ignore[assignment]
-    threading.RLock = _making(_thread.RLock, _RLock)  # type: ignore[assignment]
+    threading.Lock = _making(_thread.allocate_lock, Lock)  # type: ignore[assignment]
+    threading.RLock = _making(_thread.RLock, RLock)  # type: ignore[assignment]
 
 
 def print_pairs() -> None:
     """Print what was noted, for ``observed_by``."""
-    print(json.dumps([[*pair, stack] for pair, stack in _pairs.items()]))
+    print(json.dumps([[*pair, stack] for pair, stack in noted.items()]))
 
 
 def observed_by(program: Path) -> dict[Pair, str]:
@@ -139,7 +139,7 @@ def observed_by(program: Path) -> dict[Pair, str]:
     return {(held, taken): stack for held, taken, stack in json.loads(last)}
 
 
-def _making(make: Callable[[], Any], kind: type[_Lock]) -> Callable[[], Any]:
+def _making(make: Callable[[], Any], kind: type[Lock]) -> Callable[[], Any]:
     def made() -> Any:
         name = _name(sys._getframe(1))
         return make() if name is None else kind(make(), name)

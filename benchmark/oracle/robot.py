@@ -156,7 +156,7 @@ def driven(rng: np.random.Generator, seconds: float, planar: bool, wheels: Wheel
 
     :param carried_at: when it is carried to another place, which the odometry does not notice.
     """
-    smooth = added_up(_steps(_velocities(rng, round(seconds * FINE_HZ), planar)))
+    smooth = added_up(steps_of(_velocities(rng, round(seconds * FINE_HZ), planar)))
     odometry, way = _odometry(rng, smooth[::_EVERY].steps(), planar, wheels)
     start = one(rng.uniform(-10.0, 10.0, 3) * _flat(planar)[:3],
                 rng.normal(size=3) * _flat(planar)[3:])
@@ -180,7 +180,7 @@ def _velocities(rng: np.random.Generator, count: int, planar: bool) -> Array:
     return np.asarray((mean + _AMPLITUDE * waves) * (_DRIVEN_IN_PLANE if planar else 1.0))
 
 
-def _steps(velocities: Array) -> Motion:
+def steps_of(velocities: Array) -> Motion:
     """Return the motion of each step, whose translation is along the rotation in its middle."""
     vectors = FINE_S * velocities[:, 3:]
     middle = Rotation.from_rotvec(0.5 * vectors)

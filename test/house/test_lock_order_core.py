@@ -36,12 +36,12 @@ def test_buffers_take_locks_in_the_documented_order():
 
 
 def test_pairs_are_those_of_locks_that_a_thread_waits_for(monkeypatch):
-    monkeypatch.setattr(lock_order, '_pairs', {})
+    monkeypatch.setattr(lock_order, 'noted', {})
     first, second, third = (
         kind(make(), name) for kind, make, name in (
-            (lock_order._Lock, threading.Lock, 'first'),
-            (lock_order._RLock, threading.RLock, 'second'),
-            (lock_order._RLock, threading.RLock, 'third')))
+            (lock_order.Lock, threading.Lock, 'first'),
+            (lock_order.RLock, threading.RLock, 'second'),
+            (lock_order.RLock, threading.RLock, 'third')))
     with first, second, second:
         assert third.acquire(timeout=1.0)  # gives up, so it is not noted
         changed = threading.Condition(third)
@@ -53,5 +53,5 @@ def test_pairs_are_those_of_locks_that_a_thread_waits_for(monkeypatch):
         with third:
             pass
         first.release()
-    assert [*lock_order._pairs] == [('first', 'second'), ('first', 'third'), ('second', 'third')]
-    assert 'test_pairs_are_those' in lock_order._pairs['first', 'second']
+    assert [*lock_order.noted] == [('first', 'second'), ('first', 'third'), ('second', 'third')]
+    assert 'test_pairs_are_those' in lock_order.noted['first', 'second']

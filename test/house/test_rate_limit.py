@@ -68,24 +68,30 @@ steps = st.lists(st.tuples(
 @given(steps)
 def test_every_frame_goes_seldom_enough_and_its_last_sample_always(steps):
     pacing, now, last, gone = RateLimit(PERIOD), 0, {}, defaultdict(list)
+    turns = {}
 
     def note(samples):
         for went in samples:
             gone[went.child].append((now, went.stamp))
-        assert pacing.next_turn == min(pacing._turns.values(), default=None)
-        assert pacing._waiting.keys() <= pacing._turns.keys()
+            turns[went.child] = now + PERIOD
+        assert pacing.next_turn == min(turns.values(), default=None)
+
+    def go_on():
+        for child in [child for child, turn in turns.items() if turn <= now]:
+            del turns[child]
+        note(pacing.due(now))
 
     for number, (step, children, late) in enumerate(steps):
         end = now + step
         while not late and pacing.next_turn is not None and pacing.next_turn <= end:
             now = max(now, pacing.next_turn)
-            note(pacing.due(now))
+            go_on()
         now = end
         note(pacing.offer([sample(number, child) for child in children], now))
         last.update(dict.fromkeys(children, number))
     while pacing.next_turn is not None:
         now = max(now, pacing.next_turn)
-        note(pacing.due(now))
+        go_on()
     assert gone.keys() == last.keys()
     for child, went in gone.items():
         times, stamps = zip(*went, strict=True)

@@ -33,7 +33,7 @@ def test_truth_is_the_exponential_of_a_constant_twist():
     x, y, z, a, b, c = velocities
     generator = np.array([[0, -c, b, x], [c, 0, -a, y], [-b, a, 0, z], [0, 0, 0, 0]])
     seconds = 12.0
-    steps = robot._steps(np.tile(velocities, (round(seconds * robot.FINE_HZ), 1)))
+    steps = robot.steps_of(np.tile(velocities, (round(seconds * robot.FINE_HZ), 1)))
     end, expected = robot.added_up(steps)[-1], expm(seconds * generator)
     np.testing.assert_allclose(end.positions, expected[:3, 3], atol=1e-5)
     np.testing.assert_allclose(end.rotations.as_matrix(), expected[:3, :3], atol=1e-9)
