@@ -19,6 +19,8 @@ from tf_tree_py.core import (
     TimeoutException,
     TransformException,
 )
+from tf_tree_py.core.edges.samples import Samples
+from tf_tree_py.core.tree.path import edge_to_blame
 
 SECOND = 1_000_000_000
 EXCEPTIONS = [value for value in vars(core).values()
@@ -160,6 +162,22 @@ def test_error_tells_what_has_to_arrive_before_it_can_succeed(
         buffer, target, source, stamp, blocked_on):
     found = error_of(buffer, target, source, stamp).blocked_on
     assert (found and set(found)) == blocked_on
+
+
+def test_worst_edge_without_data_is_to_blame():
+    """Each of these is worse than those after it."""
+    stamp, edges = 20, []
+    for name, *stamps in (
+            ('lost, and oldest at 35', 35, 50), ('lost, and oldest at 30', 30, 50),
+            ('begins last', 40), ('begins later', 21), ('empty', ),
+            ('ended first', 5, 10), ('ended later', 19)):
+        edge = Samples(name, cache_time=25)
+        for each in stamps:
+            edge.insert(each, 'parent', Pose())
+        edges.append(edge)
+    for number, worst in enumerate(edges):
+        assert edge_to_blame(edges[number:], stamp) is worst
+        assert edge_to_blame(reversed(edges[number:]), stamp) is worst
 
 
 def test_wrong_type_of_a_frame_is_an_invalid_argument(buffer):

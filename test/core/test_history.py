@@ -374,6 +374,43 @@ def test_end_that_left_the_window_is_forgotten():
     assert history.fixed_parent
 
 
+def test_end_that_expired_is_not_among_the_columns():
+    history = history_of((10, 1), cache_time=100)
+    history.end()
+    for stamp in (50, 150, 160):
+        history.insert(stamp, 'parent', pose_number(stamp))
+    assert history.columns().stamps.tolist() == [50, 150, 160]
+    assert not history.columns().ends
+
+
+def test_end_at_the_oldest_sample_outlives_those_before_it():
+    history = history_of(*((stamp, stamp) for stamp in range(70)), cache_time=100)
+    history.end()
+    for stamp in (169, 170):
+        history.insert(stamp, 'parent', pose_number(stamp))
+    assert history.stamps.tolist() == [69, 169, 170]
+    assert [history.parent_at(stamp) for stamp in (69, 70, 169)] == ['parent', None, 'parent']
+
+
+def test_end_that_is_revoked_remains_in_a_copy():
+    history = history_of((10, 1), (20, 2))
+    history.end()
+    history.insert(30, 'parent', pose_number(3))
+    twin = history.copy()
+    history.insert(20, 'parent', pose_number(2))
+    assert (history.parent_at(25), twin.parent_at(25)) == ('parent', None)
+
+
+def test_part_joins_the_samples_that_the_whole_joins():
+    history = history_of((10, 1), (20, 2))
+    history.end()
+    for stamp, parent in ((30, 'parent'), (40, 'parent'), (50, 'other'), (60, 'other')):
+        history.insert(stamp, parent, pose_number(stamp))
+    few, place = history.part(2, 30, beside=2)
+    assert (few.stamps.tolist(), place) == ([10, 20, 30, 40, 50, 60], 2)
+    assert [few.joins(number) for number in range(6)] == [True, False, True, False, True, False]
+
+
 @pytest.mark.parametrize(('stamps', 'latest_that_is_no_silence'), [
     ((0,), 3 * SECOND),  # its period is unknown
     ((0, SECOND // 100), SECOND + SECOND // 100),

@@ -128,6 +128,25 @@ def test_edges_that_had_ended_do_not_count(buffer):
     assert jumps(buffer) == 1
 
 
+@pytest.mark.parametrize(('silent_since', 'expected'), [(5 * SECOND, 0), (5 * SECOND + 1, 1)])
+def test_half_of_the_edges_with_data_inside_the_limit_are_not_most(
+        buffer, silent_since, expected):
+    send(buffer, START + 60 * SECOND - silent_since, EDGES[1:2])
+    send(buffer, START + 60 * SECOND, EDGES[:1])
+    play(buffer, START, 1, EDGES[:1])
+    assert jumps(buffer) == expected
+
+
+def test_edges_that_were_cleared_and_those_that_are_static_do_not_count(buffer):
+    for number in range(5):
+        buffer.insert('base', f'sensor{number}', 0, Pose(), static=True)
+    play(buffer, START, 1)
+    buffer.clear()
+    for _ in range(2):
+        play(buffer, START, 60, EDGES[:1])
+    assert jumps(buffer) == 1
+
+
 def test_edges_that_come_in_messages_of_their_own_count_together(buffer):
     for begin in (START, START, START):
         for number in range(600):
@@ -238,6 +257,22 @@ def test_silence_of_the_others_does_not_make_one_edge_a_new_run(buffer):
     play(buffer, START, 60)
     play(buffer, START - HOUR, 30, EDGES[:1])
     assert jumps(buffer) == 0
+
+
+def test_edges_that_go_back_one_after_the_other_are_no_new_run(buffer):
+    """Those that went back before the run continued do not count."""
+    play(buffer, START, 60)
+    for number, edge in enumerate(EDGES):
+        play(buffer, START - HOUR, 2, [edge])
+        send(buffer, START + (61 + number) * SECOND)
+    assert jumps(buffer) == 0
+
+
+def test_straggler_just_after_a_new_run_was_noticed_is_no_other_run(buffer):
+    play(buffer, START, 60)
+    play(buffer, START, 1)
+    send(buffer, START - HOUR)
+    assert jumps(buffer) == 1
 
 
 def test_edges_that_nobody_knew_are_no_new_run(buffer):

@@ -252,7 +252,7 @@ class PackedSamples:
         first = self.first()
         stamps = cast('memoryview[int]', memoryview(self.stamps))[first:]
         poses = cast('memoryview[float]', memoryview(self.poses))[first * POSE_FLOATS:]
-        ends = {end for end in self._ends if stamps and end >= stamps[0]}
+        ends = {end for end in self._ends if end >= stamps[0]}
         return Columns(stamps, poses,
                        None if self.parents is None else self.parents[first:], ends)
 
@@ -272,7 +272,7 @@ class PackedSamples:
         :return: stamps (n,) and poses (n, 7), n > 0.
         """
         begin = self.index_before(first)
-        end = max(begin + 1, bisect_right(self.stamps, last, begin) + 1)
+        end = bisect_right(self.stamps, last, begin) + 1
         # An array cannot grow while numpy has a view of it, so this function returns only copies.
         stamps = np.frombuffer(self.stamps, dtype=np.int64)
         poses = np.frombuffer(self.poses).reshape(-1, POSE_FLOATS)

@@ -228,6 +228,7 @@ class JumpBack:
         if not self._gone_back or self._newest is None:
             return False
         horizon = self._newest - self._limit
+        # The newest stamp of a static edge is 0, that of an edge without data None.
         alive = {child for child, history in histories.items()
-                 if not history.is_static and (history.newest_stamp or horizon - 1) >= horizon}
+                 if (history.newest_stamp or horizon - 1) >= horizon}
         return 2 * len(alive & self._gone_back) > len(alive)

@@ -332,13 +332,14 @@ def edge_to_blame(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     Return the worst of some edges without data for a stamp.
 
     The worst is an edge whose data for the stamp is lost permanently; then one without data so
-    old; then the one with the oldest newest sample.
+    old; of several, the one whose data begins last. Then follows the one with the oldest newest
+    sample.
     """
     def order(edge: MovingHistory) -> tuple[int, int]:
-        latest = edge.latest_stamp
-        if latest is None:
+        oldest, latest = edge.oldest_stamp, edge.latest_stamp
+        if oldest is None or latest is None:
             return 2, BEGINNING
-        if stamp < latest and (oldest := edge.oldest_stamp) is not None and stamp < oldest:
+        if stamp < oldest:
             return (0 if edge.is_too_old(stamp) else 1), -oldest
         return 2, latest
 
