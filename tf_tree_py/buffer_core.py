@@ -21,14 +21,15 @@ from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER
-from tf_tree_py.core.tree.queries import PlainSnapshot, Queries
+from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.tree_file import load_file, load_tree, save_file, saved_tree
+from tf_tree_py.many_stamps import ManyStampQueries, ManyStampSnapshot
 from tf_tree_py.outline import as_html
 
 
 class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueries,
-                 CorrectionQueries):
+                 CorrectionQueries, ManyStampQueries):
     """All queries of a buffer and of a snapshot."""
 
     def snapshot(self) -> 'Snapshot':
@@ -122,7 +123,7 @@ class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, Uncerta
             watch(self)
 
 
-class Snapshot(AllQueries, PlainSnapshot):
+class Snapshot(AllQueries, ManyStampSnapshot):
     """
     A buffer's contents at one moment, which never change.
 

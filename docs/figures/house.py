@@ -38,13 +38,14 @@ LAYERS = {
     'core': Layer('', 'geometry edges messages tree buffer', needs='numpy scipy'),
     'files': Layer('core', needs='numpy'),
     'screws': Layer('core', needs='numpy'),
+    'many_stamps': Layer('core', needs='numpy'),
     'outline': Layer('core', needs=''),
-    'beyond': Layer('core files screws',
+    'beyond': Layer('core files screws many_stamps',
                     'framed uncertainty curves motion corrections prediction sources',
                     needs='numpy scipy'),
     'recording': Layer('core files', needs='rosbags'),
     'reports': Layer('core files beyond', needs='numpy'),
-    'buffer_core': Layer('core files outline beyond recording reports', needs=''),
+    'buffer_core': Layer('core files outline many_stamps beyond recording reports', needs=''),
     'frame_names': Layer('core', needs=''),
     'limited_log': Layer('core', needs=''),
     'thinning': Layer('core', needs='numpy'),
@@ -66,7 +67,7 @@ LAYERS = {
                   'model robot sensors framing scene panels page'),
     'labs': Layer('command core files screws beyond buffer_core reports health calibration bag '
                   'urdf ros', 'live'),
-    'dropin': Layer('core screws beyond buffer_core reports health bag ros'),
+    'dropin': Layer('core screws many_stamps beyond buffer_core reports health bag ros'),
 }
 
 

@@ -28,7 +28,7 @@ BEGIN, END = '<!-- rooms: written by docs/figures/rooms.py -->\n', '<!-- end of 
 ROWS = ('view', 'command tools nodes labs dropin', 'ros',
         'frame_names urdf bag calibration fleet interfaces',
         'recording reports buffer_core limited_log thinning health', 'beyond',
-        'files screws outline', 'core')
+        'files screws many_stamps outline', 'core')
 
 # Inches; the whole picture is at most 1000 pixels wide, at 96 pixels an inch.
 WIDTH, GAP, TITLE, LINE, MARGIN = 1.345, 0.05, 0.21, 0.14, 0.05

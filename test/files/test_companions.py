@@ -101,7 +101,8 @@ def test_companion_is_notified_when_an_edge_is_new_and_not_of_each_sample(buffer
 
 def test_file_contains_it(buffer, tmp_path):
     buffer.save(tmp_path / 'run.tftree')
-    assert notes_of(load_file(tmp_path / 'run.tftree')).by_child == {'odom': 'slips', 'lidar': 'new'}
+    notes = notes_of(load_file(tmp_path / 'run.tftree'))
+    assert notes.by_child == {'odom': 'slips', 'lidar': 'new'}
 
 
 def test_file_does_not_contain_an_empty_one(buffer, tmp_path):

@@ -122,14 +122,6 @@ def _gap(array: npt.NDArray[np.generic]) -> str:
             "column as 'Int64' (pandas), drop the gaps, and convert it to 'int64'")
 
 
-def without_mask(stamps: StampsLike) -> tuple[StampsLike, Mask | None]:
-    """Return stamps with zeros for masked ones, and which are valid; None without a mask."""
-    if not isinstance(stamps, np.ma.MaskedArray):
-        return stamps, None
-    masked, data = np.ma.getmaskarray(stamps), np.ma.getdata(stamps)
-    return np.where(masked, np.zeros_like(data), data), ~masked
-
-
 def _from_datetimes(array: npt.NDArray[np.datetime64]) -> Stamps:
     """
     Return times (N,) as nanoseconds since 1970, exactly.

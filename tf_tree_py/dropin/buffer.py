@@ -37,7 +37,7 @@ from tf_tree_py.core.geometry.so3 import Quaternion, Vector3
 from tf_tree_py.core.hints import nothing_yet
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
-from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.many_stamps import ManyStampQueries
 from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import answered, NO_TIME
@@ -87,8 +87,8 @@ def _seconds(stamp: int) -> str:
 
 # --- velocities
 
-def lookup_velocity(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
-                    averaging_interval: int, *, reference_frame: str | None = None,
+def lookup_velocity(tree: ManyStampQueries, tracking_frame: str, observation_frame: str,
+                    stamp: int, averaging_interval: int, *, reference_frame: str | None = None,
                     reference_point: Vector3 = ORIGIN,
                     reference_point_frame: str | None = None) -> Velocity:
     """

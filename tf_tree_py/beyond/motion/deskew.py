@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.times import Stamp, StampsLike
-from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.many_stamps import ManyStampQueries
 
 
-def deskew(tree: Queries, points: npt.ArrayLike, stamps: StampsLike, target_frame: str,
+def deskew(tree: ManyStampQueries, points: npt.ArrayLike, stamps: StampsLike, target_frame: str,
            source_frame: str, reference_stamp: Stamp, fixed_frame: str = 'odom') -> Any:
     """
     Return the coordinates of points in the target frame, all at one time.

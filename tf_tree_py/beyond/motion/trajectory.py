@@ -18,7 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.edge_info import EdgeInfo
-from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.many_stamps import ManyStampQueries
 
 from .twist import lookup_twist_many
 from ..curves.spline_fit import checked_rate
@@ -82,16 +82,16 @@ class MovingTrajectory(Trajectory):
 
 
 @overload
-def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: StampsLike, *,
+def trajectory(tree: ManyStampQueries, target_frame: str, source_frame: str, stamps: StampsLike, *,
                twist: Literal[True], outside: Outside = 'skip') -> MovingTrajectory: ...
 
 
 @overload
-def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: StampsLike, *,
+def trajectory(tree: ManyStampQueries, target_frame: str, source_frame: str, stamps: StampsLike, *,
                twist: bool = False, outside: Outside = 'skip') -> Trajectory: ...
 
 
-def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: StampsLike, *,
+def trajectory(tree: ManyStampQueries, target_frame: str, source_frame: str, stamps: StampsLike, *,
                twist: bool = False, outside: Outside = 'skip') -> Trajectory:
     """
     Return the poses of a frame at many stamps.
@@ -120,7 +120,7 @@ def trajectory(tree: Queries, target_frame: str, source_frame: str, stamps: Stam
     return kind(target_frame, source_frame, array, poses, twists, missing)
 
 
-def _twists(tree: Queries, target_frame: str, source_frame: str, stamps: Stamps,
+def _twists(tree: ManyStampQueries, target_frame: str, source_frame: str, stamps: Stamps,
             valid: npt.NDArray[np.bool_]) -> Array:
     twists = np.full((len(stamps), 6), np.nan)
     if valid.any():
@@ -129,7 +129,7 @@ def _twists(tree: Queries, target_frame: str, source_frame: str, stamps: Stamps,
     return twists
 
 
-def stamps_of_slowest(tree: Queries, target_frame: str, source_frame: str, *,
+def stamps_of_slowest(tree: ManyStampQueries, target_frame: str, source_frame: str, *,
                       start: Stamp | None = None, stop: Stamp | None = None) -> Stamps:
     """
     Return the stamps of the edge with the lowest rate between two frames.
@@ -148,7 +148,7 @@ def stamps_of_slowest(tree: Queries, target_frame: str, source_frame: str, *,
     return np.unique(knots[(knots >= first) & (knots <= last)])
 
 
-def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str, rate_hz: float, *,
+def stamps_at_rate(tree: ManyStampQueries, target_frame: str, source_frame: str, rate_hz: float, *,
                    start: Stamp | None = None, stop: Stamp | None = None) -> Stamps:
     """
     Return stamps at a constant rate, for which all edges between two frames have data.
@@ -172,7 +172,7 @@ def stamps_at_rate(tree: Queries, target_frame: str, source_frame: str, rate_hz:
     return np.minimum(first + np.rint(since).astype(np.int64), last)
 
 
-def _common_span(tree: Queries, target_frame: str, source_frame: str, start: Stamp | None,
+def _common_span(tree: ManyStampQueries, target_frame: str, source_frame: str, start: Stamp | None,
                  stop: Stamp | None) -> tuple[list[EdgeInfo], int, int]:
     """
     Return the moving edges between two frames, and the span for which all have data.

@@ -23,8 +23,7 @@ from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import format_stamp, LATEST, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.edge_info import EdgeInfo
-from tf_tree_py.core.tree.many_stamps import ends_of
-from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.many_stamps import ends_of, ManyStampQueries
 from tf_tree_py.screws import carry, carry_many, Screw
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
@@ -48,7 +47,7 @@ class Velocity(NamedTuple):
 # --- the twist
 
 
-def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, stamp: Stamp,
+def lookup_twist(tree: ManyStampQueries, tracking_frame: str, observation_frame: str, stamp: Stamp,
                  averaging_interval: int, *, reference_frame: str | None = None,
                  reference_point: Vector3 = ORIGIN,
                  reference_point_frame: str | None = None) -> Velocity:
@@ -83,7 +82,7 @@ def lookup_twist(tree: Queries, tracking_frame: str, observation_frame: str, sta
     return Velocity(stamp, twist[:3], twist[3:])
 
 
-def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp: int,
+def _twist_at(tree: ManyStampQueries, tracking_frame: str, observation_frame: str, stamp: int,
               interval: int, reference_frame: str, reference_point: Vector3,
               reference_point_frame: str | None) -> Screw:
     """Return the velocity at a stamp; 0 is a stamp like any other."""
@@ -111,7 +110,7 @@ def _twist_at(tree: Queries, tracking_frame: str, observation_frame: str, stamp:
     return carry((x - px, y - py, z - pz, qx, qy, qz, qw), twist)
 
 
-def lookup_twist_many(tree: Queries, tracking_frame: str, observation_frame: str,
+def lookup_twist_many(tree: ManyStampQueries, tracking_frame: str, observation_frame: str,
                       stamps: StampsLike, averaging_interval: int, *,
                       reference_frame: str | None = None, reference_point: Vector3 = ORIGIN,
                       reference_point_frame: str | None = None) -> Array:
@@ -162,7 +161,7 @@ def _checked_interval(averaging_interval: int) -> int:
     return interval
 
 
-def _chain(tree: Queries, first: str, last: str,
+def _chain(tree: ManyStampQueries, first: str, last: str,
            stamp: int) -> tuple[list[str], list[EdgeInfo]]:
     """
     Return the frames from one to another, and the moving edges between them.
@@ -202,7 +201,7 @@ def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
     return oldest, last.latest - length, length
 
 
-def _twists_between(tree: Queries, near: str, far: str, stamps: Stamps) -> Array | None:
+def _twists_between(tree: ManyStampQueries, near: str, far: str, stamps: Stamps) -> Array | None:
     """
     Return the twist of a frame relative to its neighbour, (N, 6), in its own axes.
 

@@ -13,7 +13,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.observers import newest_of
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamp, Stamps, StampsLike
-from tf_tree_py.core.tree.queries import Queries
+from tf_tree_py.many_stamps import ManyStampQueries
 
 from .covariance_history import covariances_by_edge
 from .shared_errors import Piece, SharedErrors
@@ -28,7 +28,7 @@ from .uncertain import (
 )
 
 
-class UncertainQueries(Queries):
+class UncertainQueries(ManyStampQueries):
     """Lookups with covariances, thread-safe."""
 
     @property

@@ -16,22 +16,17 @@ The rules:
 """
 
 from collections.abc import Callable
-from functools import partial
-from typing import Literal, overload
-
-import numpy as np
 
 from .edge_info import EdgeInfo, info_at, info_of, samples_around, stamps_of, summary
-from .many_stamps import poses_at, refuse_missing, warn_of_units
 from .tree import Tree
 from .. import fork_locks
-from ..errors import Blocker, InvalidArgumentException, TransformException
+from ..errors import Blocker, TransformException
 from ..geometry import se3
-from ..geometry.pose import Pose, Poses
+from ..geometry.pose import Pose
 from ..geometry.se3 import PoseTuple
-from ..messages.observers import asked, halves, newest_of, NO_OBSERVERS, Observers
+from ..messages.observers import asked, halves, NO_OBSERVERS, Observers
 from ..stamp import LATEST
-from ..times import checked_stamp, checked_stamps, Mask, Stamp, Stamps, StampsLike, without_mask
+from ..times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike
 
 
 class FramesInErrors:
@@ -247,57 +242,6 @@ class Queries:
                 return []
             links = self._tree.paths.branches(target_frame, source_frame, moment).links()
             return [info_at(parent, history, moment) for parent, history in links]
-
-    # --- many poses
-
-    @overload
-    def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
-                    outside: Literal['raise'] = 'raise') -> Poses: ...
-
-    @overload
-    def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
-                    outside: Literal['mask']) -> tuple[Poses, Mask]: ...
-
-    def lookup_many(self, target_frame: str, source_frame: str, stamps: StampsLike,
-                    outside: str = 'raise') -> Poses | tuple[Poses, Mask]:
-        """
-        Return ``target_T_source`` at many stamps, as one ``lookup`` for each would.
-
-        :param stamps: (N,) integer nanoseconds, in any order. 0 is an ordinary stamp. Masked
-            stamps have no answer.
-        :param outside: how to treat stamps without an answer: 'raise' an error, or 'mask':
-            return NaN for them, and which stamps are valid.
-        :return: (N, 7) poses x y z qx qy qz qw with ``@``, ``.inverse()``,
-            ``.translation``, ``.rotation`` and ``.as_matrix()``; with 'mask' also (N,)
-            booleans.
-        :raises InvalidArgumentException: stamps that are not integers, or not of shape (N,).
-        :raises TransformException: as in ``lookup``; with 'mask' only if a frame is unknown,
-            or the two were never connected.
-
-        The numbers equal those of ``lookup`` to 1e-12 (metres, and components of quaternions);
-        for edges longer than 100 metres, to 1e-14 of their length.
-        """
-        stamps, given = without_mask(stamps)
-        array = self._stamps_of(stamps)
-        if outside not in ('raise', 'mask'):
-            raise InvalidArgumentException(f"outside must be 'raise' or 'mask', not {outside!r}")
-        return self.observers.watch(
-            newest_of(target_frame, source_frame, array),
-            self._lookup_many, target_frame, source_frame, array, given, outside)
-
-    def _lookup_many(self, target_frame: str, source_frame: str, array: Stamps,
-                     given: Mask | None, outside: str) -> Poses | tuple[Poses, Mask]:
-        with FramesInErrors(self._tree, target_frame, source_frame):
-            poses, valid = poses_at(self._tree, self._lock, target_frame, source_frame, array)
-        if given is not None:
-            valid &= given
-            poses[~given] = np.nan
-        if outside == 'mask':
-            if len(array) and not valid.any():
-                warn_of_units(partial(self.lookup_at, target_frame, source_frame), array)
-            return Poses(poses), valid
-        refuse_missing(partial(self.lookup_at, target_frame, source_frame), array, given, valid)
-        return Poses(poses)
 
     def lookup_tree(self, target_frame: str, stamp: Stamp = LATEST) -> dict[str, Pose]:
         """

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from strategies import random_pose
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, many_stamps
 from tf_tree_py.core import (
     ConnectivityException,
     FutureExtrapolationException,
@@ -22,7 +22,6 @@ from tf_tree_py.core import (
     TransformException,
 )
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.core.tree import path
 
 SECOND = 1_000_000_000
 PARENTS = {'odom': 'map', 'base': 'odom', 'arm': 'base', 'tool': 'arm', 'head': 'base'}
@@ -206,7 +205,7 @@ def test_any_samples_and_any_stamps_agree_with_single_lookups(samples, stamps, s
 
 
 def test_direct_way_works_block_by_block(robot, monkeypatch):
-    monkeypatch.setattr(path, 'BLOCK', 7)
+    monkeypatch.setattr(many_stamps, 'BLOCK', 7)
     stamps = np.random.default_rng(0).integers(10.1 * SECOND, 12.9 * SECOND, 50)
     assert_same_poses(robot.lookup_many('map', 'tool', stamps),
                       one_by_one(robot, 'map', 'tool', stamps))
