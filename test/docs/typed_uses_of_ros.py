@@ -7,7 +7,7 @@ from typing import assert_type
 
 from rclpy.duration import Duration
 from rclpy.time import Time
-from tf_tree_py import Buffer
+from tf_tree_py import Buffer, convert
 
 
 def questions(buffer: Buffer, time: Time, timeout: Duration, debug: bool) -> None:
@@ -19,3 +19,12 @@ def questions(buffer: Buffer, time: Time, timeout: Duration, debug: bool) -> Non
     assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom'), bool)
     assert_type(buffer.can_transform_full('map', time, 'base', time, 'odom', timeout,
                                           return_debug_tuple=True), tuple[bool, str])
+
+
+class Cloud:
+    """A user's own type."""
+
+
+def conversions(message: object) -> None:
+    """A conversion returns the type that it is asked for."""
+    assert_type(convert(message, Cloud), Cloud)
