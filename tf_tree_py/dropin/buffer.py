@@ -39,8 +39,9 @@ from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.many_stamps import ManyStampQueries
 from tf_tree_py.reports import plain_text
+from tf_tree_py.ros.buffer.answers import answered
 from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
-from tf_tree_py.ros.buffer.interface import answered, NO_TIME
+from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds, DurationLike, TimeLike
 from tf_tree_py.ros.waiting.futures import TransformFuture
 from tf_tree_py.screws import carry

@@ -18,8 +18,8 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import Header
-from tf_tree_py.core.errors import ArgumentTypeException, TransformException
 
+from .answers import answered
 from ..messages.convert import as_nanoseconds, DurationLike, TimeLike
 from ..waiting.futures import AwaitableFuture, outcome
 
@@ -222,18 +222,6 @@ def _check_times(timeout: object, *times: object) -> None:
     for time in times:
         as_nanoseconds(time, Time)
     as_nanoseconds(timeout)
-
-
-def answered(lookup: Callable[[], object],
-             reason_of: Callable[[TransformException], str] = str) -> tuple[bool, str]:
-    """Return whether a lookup succeeds, and the reason if not."""
-    try:
-        lookup()
-    except ArgumentTypeException:
-        raise
-    except TransformException as error:
-        return False, reason_of(error)
-    return True, ''
 
 
 def _answer(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:

@@ -21,7 +21,7 @@ from tf_tree_py.core.times import checked_stamp, Stamp
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.reports import plain_text
 
-from .interface import answered
+from .answers import answered
 from ..messages.convert import (
     as_nanoseconds,
     as_stamp,
