@@ -119,8 +119,7 @@ def miss(scene: str, way: str, delay: int = DELAY) -> tuple[Miss, Forklift]:
 def run() -> Report:
     """Simulate a forklift that stands, drives and turns, and look up its pallet in three ways."""
     misses = [miss(scene, way)[0] for scene in _SCENES for way in WAYS]
-    straight, turning, curve = (
-        miss(scene, 'now')[0] for scene in list(_SCENES)[1:])
+    straight, turning, curve = (miss(scene, 'now')[0] for scene in list(_SCENES)[1:])
     stamped = max(row.size for row in misses if row.way == "header's stamp")
     both = straight.size + turning.size
     rate = dist((SPEED, TURN_RATE * PALLET_P[0]), (0.0, 0.0))

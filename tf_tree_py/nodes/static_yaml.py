@@ -62,8 +62,7 @@ class _Loader(yaml.SafeLoader):
             self._check_name(word, value)
 
     def _check_name(self, word: str, value: yaml.Node) -> None:
-        if (isinstance(value, yaml.ScalarNode) and value.value
-                and value.tag != f'{_TAG}str'):
+        if isinstance(value, yaml.ScalarNode) and value.value and value.tag != f'{_TAG}str':
             raise self._refused(value, word, f'enclose it in quotes: "{value.value}"')
 
     def _check_number(self, word: str, value: yaml.Node) -> None:

@@ -76,8 +76,7 @@ class ClockDeadline:
         with self._watch.waking(event.set):
             if self._is_over():
                 return event.is_set()
-            if (self._begin is not None and self._watch.may_report
-                    and self._left_s() > STOPPED_S):
+            if self._begin is not None and self._watch.may_report and self._left_s() > STOPPED_S:
                 before = self._watch.simulated_now()
                 if event.wait(STOPPED_S):
                     return True
