@@ -72,8 +72,13 @@ def talker(make_node):
 
 
 @pytest.fixture
-def listen():
-    """Let a buffer listen on a node until the end of the test."""
+def listen(pool):
+    """
+    Let a buffer listen on a node until the end of the test.
+
+    This ends before ``pool`` waits for its threads: if a test fails, their lookups end with the
+    listener.
+    """
     with ExitStack() as listeners:
         def begin(node, buffer=None, **options):
             buffer = Buffer() if buffer is None else buffer

@@ -271,9 +271,11 @@ def test_many_jump_back_while_many_ask(pool):
                 break
 
     running = [pool.submit(each) for each in (ask, ask, ask, ask, insert)]
-    for turn in range(300):
-        show(clock, 10.0 + turn % 7)
-    stop.set()
+    try:
+        for turn in range(300):
+            show(clock, 10.0 + turn % 7)
+    finally:
+        stop.set()
     seconds = itertools.count(1000)
     until(lambda: show(clock, next(seconds)) or all(each.done() for each in running))
     for each in running:

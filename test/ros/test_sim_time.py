@@ -244,9 +244,11 @@ def test_switching_back_and_forth_while_messages_flow(make_node, listen, talker,
             sim_clock.publisher.publish(Clock())
 
     flooding = pool.submit(flood)
-    for turn in range(60):
-        switch(node, turn % 2 == 0)
-    stop.set()
+    try:
+        for turn in range(60):
+            switch(node, turn % 2 == 0)
+    finally:
+        stop.set()
     flooding.result(PATIENCE_S)
     talker.move(transform('map', 'fresh', 1e6), into=buffer)
     assert buffer.can_transform('map', 'fresh', at(1e6))
