@@ -17,8 +17,6 @@ from .sqlite_scan import SqliteScan
 _SCANS: dict[str, Callable[[Path], Scan]] = {
     '.mcap': McapScan, '.bag': Ros1Scan, '.db3': SqliteScan}
 
-__all__ = ['open_file', 'UNREADABLE']
-
 
 def open_file(path: Path) -> Storage:
     """

@@ -16,12 +16,11 @@ from lz4.frame import LZ4FrameDecompressor
 
 from .message_source import too_large, unpacked_limit
 
+# With an alias, so that other files may import it from here.
 if sys.version_info >= (3, 14):
-    from compression import zstd
+    from compression import zstd as zstd
 else:
-    from backports import zstd
-
-__all__ = ['Decompressor', 'Unpacker', 'unpacked_part', 'zstd']
+    from backports import zstd as zstd
 
 _ERRORS = (zstd.ZstdError, OSError, EOFError, RuntimeError, ValueError)
 
