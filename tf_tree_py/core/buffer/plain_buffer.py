@@ -182,7 +182,7 @@ class PlainBuffer(Queries):
             or immediately if waiting cannot help, as for a stamp that is older than the
             buffer keeps.
         """
-        return self.waiting.wait_for(query, deadline)
+        return self.waiting.wait_for(query, lambda _: deadline)
 
     def lookup_within(self, timeout_s: float, target_frame: str, source_frame: str,
                       stamp: Stamp = LATEST) -> Pose:

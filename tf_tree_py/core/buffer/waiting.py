@@ -175,22 +175,32 @@ class Waiting:
 
     # --- for threads that wait
 
-    def wait_for(self, query: Callable[[], Answer], deadline: Deadline) -> Answer:
-        """Block the thread until a query has an answer; see ``PlainBuffer.wait_for``."""
-        event = threading.Event()
-        inquiry = Inquiry(self, query, event.set)
-        slept = over = False
+    def wait_for(self, query: Callable[[], Answer],
+                 begin: Callable[[TransformException], Deadline]) -> Answer:
+        """
+        Block the thread until a query has an answer; see ``PlainBuffer.wait_for``.
+
+        :param begin: called with the lock, if the query fails and waiting may help: returns how
+            long to wait, or raises.
+        """
+        with self.lock:
+            try:
+                return query()
+            except TransformException as error:
+                if error.blocked_on is None:
+                    raise
+                deadline, event = begin(error), threading.Event()
+                inquiry = Inquiry(self, query, event.set)
+                self._enter(inquiry, error.blocked_on)
         try:
             while True:
+                over = not deadline.wait(event)
                 event.clear()
                 answered = inquiry.ask(once_more=not over)
                 if answered is not None:
                     return answered.value
-                slept = True
-                over = not deadline.wait(event)
         except TransformException as error:
-            if slept:
-                error.waited_s = deadline.elapsed_s()
+            error.waited_s = deadline.elapsed_s()
             raise
         finally:
             inquiry.end()
@@ -283,22 +293,20 @@ class Inquiry(Generic[Answer]):
     :ivar over: whether it has ended.
     """
 
-    __slots__ = ('wake', 'number', 'places', 'over', '_waiting', '_query', '_begun',
-                 '_failure_before')
+    __slots__ = ('wake', 'number', 'places', 'over', '_waiting', '_query', '_failure_before')
 
     def __init__(self, waiting: Waiting, query: Callable[[], Answer],
                  wake: Callable[[], None]) -> None:
         """
-        Register a query; the wait begins when it runs for the first time.
+        Make an inquiry that does not wait yet; a failure of all waits from now on ends it.
 
         :param query: raises a ``TransformException`` as long as it has no answer.
         """
         self.wake = wake
-        self.number = 0
         self.places: tuple[Blocker, ...] = ()
-        self.over = self._begun = False
+        self.number, self.over = 0, False
         self._waiting, self._query = waiting, query
-        self._failure_before: TransformException | None = None
+        self._failure_before = waiting._failure
 
     @property
     def waits(self) -> bool:
@@ -320,8 +328,6 @@ class Inquiry(Generic[Answer]):
             if self.over:
                 return None
             failure = waiting._failure
-            if not self._begun:
-                self._begun, self._failure_before = True, failure
             if failure is not None and failure is not self._failure_before:
                 # A copy, for the same one may be raised in several threads.
                 raise copy(failure)

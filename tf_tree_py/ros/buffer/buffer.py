@@ -57,6 +57,7 @@ from ..messages.pose_covariances import (
     PredictedPose,
 )
 from ..waiting.clock import ClockSource, ClockWatch, JUMP_BACK
+from ..waiting.deadlines import ClockDeadline
 from ..waiting.futures import TransformFuture
 from ..waiting.timeouts import Timeouts
 
@@ -259,20 +260,22 @@ class Buffer(CoreApi, BufferInterface):
         return self.observers.watch(lookups, self._wait, duration, query)
 
     def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
-        try:
-            return query()
-        except TransformException as error:
-            if error.blocked_on is None:
-                raise
+        begun: ClockDeadline | None = None
+
+        def begin(error: TransformException) -> ClockDeadline:
+            nonlocal begun
             if self.feeds.deliver_in(threading.current_thread()):
                 error.hint = ('Did not wait: this thread delivers the transforms, so waiting '
                               'in it would only delay them')
-                raise
-        deadline = self.timeouts.deadline(duration)
+                raise error
+            begun = self.timeouts.deadline(duration)
+            return begun
+
         try:
-            return self.wait_for(query, deadline)
+            return self.waiting.wait_for(query, begin)
         except TransformException as error:
-            deadline.explain(error)
+            if begun is not None:
+                begun.explain(error)
             raise
 
     def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return
