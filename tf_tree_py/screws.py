@@ -38,9 +38,10 @@ def exp(twist: Twist) -> PoseTuple:
 
     :param twist: (vx, vy, vz, wx, wy, wz): metres, radians.
     """
-    *_, wx, wy, wz = twist
+    vx, vy, vz, wx, wy, wz = twist
     first, second = _left_jacobian(wx * wx + wy * wy + wz * wz)
-    return (*_jacobian_product(twist[:3], twist[3:], first, second), *so3.exp(twist[3:]))
+    return (*_jacobian_product((vx, vy, vz), (wx, wy, wz), first, second),
+            *so3.exp((wx, wy, wz)))
 
 
 def exp_many(twists: Array) -> Array:

@@ -21,7 +21,7 @@ import sys
 from typing import overload
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import NDArray
 
 LATEST = 0
 """The stamp that means the latest common time, like tf2's time 0."""
@@ -43,11 +43,10 @@ def from_seconds(seconds: float) -> int: ...
 
 
 @overload
-def from_seconds(seconds: Sequence[object] | npt.NDArray[np.generic]
-                 ) -> npt.NDArray[np.int64]: ...
+def from_seconds(seconds: Sequence[object] | NDArray[np.generic]) -> NDArray[np.int64]: ...
 
 
-def from_seconds(seconds: object) -> int | npt.NDArray[np.int64]:
+def from_seconds(seconds: object) -> int | NDArray[np.int64]:
     """
     Return the nanoseconds nearest to a number of seconds.
 
@@ -109,8 +108,7 @@ def unit_that_fits(stamp: int, oldest: int, latest: int) -> str:
     return ''
 
 
-def _nanoseconds_of(seconds: npt.NDArray[np.generic]
-                    ) -> npt.NDArray[np.float64] | npt.NDArray[np.object_]:
+def _nanoseconds_of(seconds: NDArray[np.generic]) -> NDArray[np.float64] | NDArray[np.object_]:
     """Return seconds times a billion, rounded as Python rounds."""
     if seconds.dtype.kind in 'iu':
         return seconds.astype(object) * NANOSECONDS_PER_SECOND
