@@ -26,5 +26,5 @@ class Cloud:
 
 
 def conversions(message: object) -> None:
-    """A conversion returns the type that it is asked for."""
+    """Assert that a conversion returns the type that it is asked for."""
     assert_type(convert(message, Cloud), Cloud)

@@ -7,10 +7,9 @@ from counting import calls
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, screws
 from tf_tree_py.beyond.prediction.trials import forecast
 from tf_tree_py.core import Pose
-from tf_tree_py.core.geometry import se3
 from turning_robot import aided, MS, SECOND, turning
 
 
@@ -49,14 +48,14 @@ def test_late_samples_change_what_was_learnt(step, many):
 
 def work(buffer, asked):
     """Return how many predictions of the past are made, and of how many steps accelerations."""
-    steps, log_many = [], se3.log_many
+    steps, log_many = [], screws.log_many
 
     def noted(poses):
         steps.append(len(poses))
         return log_many(poses)
 
     with calls() as of, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(se3, 'log_many', noted)
+        patch.setattr(screws, 'log_many', noted)
         buffer.predict(*asked)
         return of(forecast) - 1, sum(steps)
 
