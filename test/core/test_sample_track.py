@@ -61,6 +61,9 @@ def assert_same(one, other):
        st.sampled_from([None, 9]), st.sampled_from([None, 3]))
 @example(4, [(('map', 'base'), [(20, Pose()), (3, Pose()), (21, Pose())], 'one', False)], None,
          None)
+# The whole track is older than the window.
+@example(4, [(('map', 'base'), [(20, Pose())], 'one', False),
+             (('map', 'base'), [(3, Pose()), (4, Pose())], 'one', False)], None, None)
 def test_track_is_its_samples_inserted_one_by_one(window, arrivals, now, limit):
     options = {'max_future': 5, 'now': lambda: now} if now else {}
     options['clear_on_jump_back'] = limit

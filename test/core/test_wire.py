@@ -104,6 +104,27 @@ def test_ever_new_names_of_one_length_do_not_make_the_search_long():
     assert 0 < sum(reader.read_known(data) is not None for data in sent) <= 64
 
 
+def size_of(data):
+    """Return the bytes that the layout of a message takes."""
+    reader = WireReader()
+    reader.read(data)
+    return reader.remembered
+
+
+# How many layouts of one size have a place, and how many of 66 are known after each message.
+@pytest.mark.parametrize(('places', 'known'), [
+    (0.99, [0] * 66), (1, [1] * 66), (3, [1, 2, 3] * 22), (1000, [*range(1, 65), 1, 2])])
+def test_reader_forgets_what_has_no_place_and_counts_the_rest(places, known):
+    sent = [serialize([('map', f'frame{number:02}', 1, 2, IDENTITY)]) for number in range(66)]
+    size = size_of(sent[0])
+    reader, found = WireReader(most=int(places * size)), []
+    for data in sent:
+        reader.read(data)
+        found.append(sum(reader.read_known(each) is not None for each in sent))
+        assert reader.remembered == found[-1] * size
+    assert found == known
+
+
 @pytest.mark.parametrize(('data', 'problem'), [
     (b'', 'not CDR'),
     (b'\x00\x01', 'truncated at byte 4 of 2'),
