@@ -216,6 +216,29 @@ def test_localiser_of_a_standing_robot_that_dies_is_an_error():
         ('stale', Severity.ERROR), ('static_republished', Severity.NOTE)]
 
 
+def test_what_cannot_answer_for_the_present_is_left_behind():
+    def sensor(name, seconds=20):
+        return stream('base', name, 50, noise(0.01), seconds=seconds)
+
+    def frozen(messages, begin, end):
+        return [message._replace(batch=message.batch._replace(stamps=messages[begin].batch.stamps))
+                if begin < number < end else message for number, message in enumerate(messages)]
+
+    doctor = Doctor()
+    findings_of(WHEELS, sensor('good'), sensor('gone', seconds=10),
+                frozen(sensor('frozen'), 600, 1000), frozen(sensor('thawed'), 300, 400),
+                shifted(sensor('elsewhere'), -3600.0), doctor=doctor)
+    assert {child for _, child in doctor.left_behind()} == {'gone', 'frozen', 'elsewhere'}
+
+
+def test_nothing_is_left_behind_where_no_clock_shows_when_it_arrived():
+    buffer, doctor = BufferCore(), Doctor()
+    buffer.observers.add(doctor)
+    for number in range(20):
+        buffer.insert('map', 'base', BEGIN + number * SECOND, Pose(x=number))
+    assert not doctor.left_behind()
+
+
 def test_stamp_that_is_frozen_from_the_first_message_is_an_error():
     late = [message._replace(batch=message.batch._replace(stamps=[BEGIN - 100 * SECOND]))
             for message in stream('map', 'odom', 10, lambda t, rng: Pose(1.0))]
