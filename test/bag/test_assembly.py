@@ -230,6 +230,30 @@ def test_stamps_that_do_not_go_on_are_told_by_edge_and_counted():
         '5.000000000 arrived after 59.000000000, which is 54.000 s newer')
 
 
+@pytest.mark.parametrize(('back', 'reason'), [
+    (1, 'out of order'), (SECOND, 'out of order'), (SECOND + 1, 'jump back')])
+def test_step_back_of_more_than_a_second_is_a_jump(back, reason):
+    stamp = 10 * SECOND - back
+    (odd,) = told([arrival(TF, [('map', 'odom', each)]) for each in (10 * SECOND, stamp)]).values()
+    assert (odd.reason, odd.first, odd.last, odd.times) == (reason, stamp, stamp, 1)
+
+
+def test_oddities_are_told_with_the_oldest_and_the_newest_stamp_the_most_frequent_first():
+    half = SECOND // 2
+    odd = told([arrival(TF, [('map', 'odom', number * half)])
+                for number in (40, 20, 30, 29, 9, 8, 60, 59)])
+    assert [(each.reason, each.first, each.last, each.times) for each in odd.values()] == [
+        ('out of order', 8 * half, 59 * half, 3), ('jump back', 9 * half, 20 * half, 2)]
+    assert str(odd['out of order', 'odom']).startswith(
+        "out of order 'map' -> 'odom': 3 times, from 4.000000000 to 29.500000000 s: 14.5")
+
+
+def test_refused_samples_are_told_with_the_oldest_and_the_newest_stamp():
+    odd = told([arrival(TF, [('map', 'odom', second * SECOND, (0.0,) * 7)])
+                for second in (4, 2, 6)])['all-zero quaternion', 'odom']
+    assert (odd.first, odd.last, odd.times) == (2 * SECOND, 6 * SECOND, 3)
+
+
 def test_static_edge_with_another_value_is_told_with_both():
     odd = told([arrival(STATIC, [('base', 'camera', 0, ONE)])] * 3
                + [arrival(STATIC, [('base', 'camera', 0, (0.5, *ONE[1:]))]),

@@ -56,6 +56,15 @@ def test_sample_is_named_and_can_be_left_out(tmp_path, place, bad, words, alone)
     assert (stamps[0], stamps[-1]) == (good[0], good[-1])
 
 
+def test_several_of_one_edge_are_one_oddity(tmp_path):
+    bad = {30: BEGIN + 3600 * SECOND, 50: 0, 70: BEGIN - 365 * DAY}
+    bag = write_ros2(tmp_path / 'run', messages(
+        lambda edge, number, stamp: bad.get(number, stamp), EDGES[:1]))
+    with pytest.warns(BagWarning, match=LONE_STAMP):
+        (oddity,) = lone(open_bag(bag))
+    assert (oddity.first, oddity.last, oddity.times) == (0, bad[30], 3)
+
+
 def test_stamp_among_those_of_the_others_is_said_to_be_in_use(tmp_path):
     def stamp_of(edge, number, stamp):
         return BEGIN + (100 * number + 5000 * (number == 10)) * SECOND
