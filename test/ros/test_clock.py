@@ -252,6 +252,36 @@ def test_clock_may_outlive_who_uses_it(make, capsys):
     del rubbish
 
 
+def lend(buffer, early, late):
+    buffer.use_clock(late.clock)
+    yield
+    buffer.use_clock(early.clock)
+
+
+def begin_to_listen(buffer, early, late):
+    buffer.feeds.begin(late)
+    yield
+    buffer.feeds.begin(early)
+
+
+def end_to_listen(buffer, early, late):
+    buffer.feeds.begin(early)
+    buffer.feeds.begin(late)
+    yield
+    buffer.feeds.end(late)
+
+
+@pytest.mark.parametrize('follow', [lend, begin_to_listen, end_to_listen])
+def test_stamps_are_compared_with_the_clock_that_is_followed_now(follow):
+    buffer = Buffer(max_future=lasting(1.0))
+    following = follow(buffer, *(ClockSource(sim_clock(seconds)) for seconds in (10.0, 1000.0)))
+    next(following)
+    assert buffer.set_transform(transform('map', 'base', 1000), 'me')
+    next(following, None)
+    assert not buffer.set_transform(transform('map', 'arm', 900), 'me')
+    assert buffer.set_transform(transform('map', 'arm', 11), 'me')
+
+
 def test_many_jump_back_while_many_ask(pool):
     """No deadlock between jump callbacks, insertions and lookups, and no torn result."""
     clock, buffer = sim_clock(10.0), Buffer()
