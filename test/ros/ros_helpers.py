@@ -8,10 +8,12 @@ import threading
 from conditions import until
 from geometry_msgs.msg import TransformStamped
 from programs import PATIENCE_S
+from rclpy.clock import ROSClock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rclpy.time import Time
+from rclpy.time_source import TimeSource
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import StaticTransformBroadcaster, TransformBroadcaster
@@ -133,6 +135,15 @@ def _until_in(buffer, transforms):
     for each in transforms if buffer is not None else ():
         header = each.header
         buffer.lookup_transform(header.frame_id, each.child_frame_id, header.stamp, PATIENCE)
+
+
+def simulated_clock(seconds=0.0):
+    """Return a clock of simulated time without a node; ``set_ros_time_override`` sets it."""
+    clock, source = ROSClock(), TimeSource()
+    source.ros_time_is_active = True
+    source.attach_clock(clock)
+    clock.set_ros_time_override(at(seconds))
+    return clock
 
 
 class SimClock:

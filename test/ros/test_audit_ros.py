@@ -7,9 +7,8 @@ import asyncio
 
 from inputs import for_each
 import pytest
-from rclpy.clock import ROSClock
 from rclpy.duration import Duration
-from ros_helpers import at, LATEST, PATIENCE, until_waiting
+from ros_helpers import at, LATEST, PATIENCE, simulated_clock, until_waiting
 from tf_tree_py import Buffer, Pose, TransformException
 
 
@@ -22,10 +21,8 @@ def filled(**options):
 
 
 def test_each_call_is_one_line_whatever_it_looks_up_with():
-    buffer, clock = filled(audit=True), ROSClock()
-    clock._set_ros_time_is_active(True)
-    clock.set_ros_time_override(at(13.0))
-    buffer.use_clock(clock)
+    buffer = filled(audit=True)
+    buffer.use_clock(simulated_clock(13.0))
     buffer.lookup_transform('odom', 'base', at(11.9))
     buffer.lookup_transform('odom', 'base', at(11.9).to_msg(), Duration(seconds=1))
     buffer.lookup('odom', 'base', at(11.9).nanoseconds)

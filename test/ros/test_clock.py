@@ -13,19 +13,13 @@ import weakref
 import pytest
 from rclpy.clock import Clock, ClockChange, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
-from ros_helpers import at, lasting, LATEST, PATIENCE_S, transform, until
+from rclpy.time_source import TimeSource
+from ros_helpers import at, lasting, LATEST, PATIENCE_S, simulated_clock, transform, until
 from tf_tree_py import Buffer, TransformException
-from tf_tree_py.ros.waiting.clock import _Followed, ClockSource, ClockWatch
+from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
 from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
 SECOND = 1_000_000_000
-
-
-def sim_clock(seconds):
-    clock = ROSClock()
-    clock._set_ros_time_is_active(True)
-    show(clock, seconds)
-    return clock
 
 
 def show(clock, seconds):
@@ -46,7 +40,7 @@ def watch(jumps):
 @pytest.fixture
 def clock(watch):
     """Return a simulated clock at 10 s, which the watch uses."""
-    clock = sim_clock(10.0)
+    clock = simulated_clock(10.0)
     watch.use_clock(ClockSource(clock))
     return clock
 
@@ -108,7 +102,7 @@ def test_tick_wakes_everybody_whose_time_is_up(watch, switching_often):
         while deadline.wait(event):
             event.clear()
 
-    clock = sim_clock(0.5)
+    clock = simulated_clock(0.5)
     watch.use_clock(ClockSource(clock))
     with ThreadPoolExecutor(40) as threads:
         try:
@@ -131,14 +125,19 @@ def test_tick_wakes_everybody_whose_time_is_up(watch, switching_often):
     ((10.9, 10.0, 11.8, 10.9, 10.7), [-11 * SECOND // 10]),
     ((0.0, 5.0, 4.0, 3.5), [-10 * SECOND, -SECOND]),
 ])
-def test_jumps_back_and_changes_of_the_kind_of_time_are_reported(
-        clock, jumps, times, expected):
+def test_jumps_back_are_reported(clock, jumps, times, expected):
     for seconds in times:
         show(clock, seconds)
     assert jumps == expected
-    clock._set_ros_time_is_active(False)
-    clock._set_ros_time_is_active(True)
-    assert len(jumps) == len(expected) + 2
+
+
+def test_changes_of_the_kind_of_time_are_reported(watch, jumps):
+    clock, source = ROSClock(), TimeSource()
+    source.attach_clock(clock)
+    watch.use_clock(ClockSource(clock))
+    for count, simulated in enumerate((True, False, True), 1):
+        source.ros_time_is_active = simulated
+        assert len(jumps) == count
 
 
 @pytest.mark.parametrize(('limit', 'expected'), [
@@ -146,7 +145,7 @@ def test_jumps_back_and_changes_of_the_kind_of_time_are_reported(
 def test_limit_of_a_step_back_can_be_chosen(limit, expected):
     jumps = []
     watch = ClockWatch(lambda jump: jumps.append(jump.delta.nanoseconds), limit)
-    clock = sim_clock(10.0)
+    clock = simulated_clock(10.0)
     watch.use_clock(ClockSource(clock))
     show(clock, 9.999999999)
     show(clock, 8.999999999)
@@ -154,7 +153,7 @@ def test_limit_of_a_step_back_can_be_chosen(limit, expected):
 
 
 def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
-    first, second = sim_clock(10.0), sim_clock(20.0)
+    first, second = simulated_clock(10.0), simulated_clock(20.0)
     for clock in (first, second, second):
         watch.use_clock(ClockSource(clock))
     # Who lends a clock twice has to take it back twice.
@@ -173,22 +172,29 @@ def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
     assert len(jumps) == 1
 
 
-def test_tick_of_a_clock_that_another_thread_has_just_replaced_is_no_jump_back(watch, jumps):
-    first = sim_clock(100.0)
-    watch.use_clock(ClockSource(first))
-    replaced = watch._followed
-    watch.use_clock(ClockSource(sim_clock(0.0)))
+def test_tick_of_a_clock_that_another_thread_has_just_replaced_is_no_jump_back(
+        watch, jumps, monkeypatch):
+    first, ticks, register = simulated_clock(100.0), [], ROSClock.create_jump_callback
+    with monkeypatch.context() as patched:
+        patched.setattr(ROSClock, 'create_jump_callback', lambda *clock, **callbacks: (
+            ticks.append(callbacks['post_callback']), register(*clock, **callbacks))[1])
+        watch.use_clock(ClockSource(first))
+    watch.use_clock(ClockSource(simulated_clock(0.0)))
     show(first, 10.0)
-    watch._on_tick(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, lasting(-90.0)), replaced)
+    ticks[0](TimeJump(ClockChange.ROS_TIME_NO_CHANGE, lasting(-90.0)))
     assert jumps == []
 
 
 class LeftMeanwhile(ClockWatch):
     """A watch whose clock leaves, in another thread, each time just after it was read."""
 
+    leaves = False
+
     @property
     def _followed(self):
-        followed, self.followed = self.followed, None
+        followed = self.followed
+        if self.leaves:
+            self.followed = None
         return followed
 
     @_followed.setter
@@ -201,12 +207,13 @@ class LeftMeanwhile(ClockWatch):
     (lambda watch: watch.clock.now().nanoseconds, 10 * SECOND)])
 def test_clock_that_leaves_while_it_is_read_is_no_error(ask, expected):
     watch = LeftMeanwhile(lambda jump: None)
-    watch.followed = _Followed(ClockSource(sim_clock(10.0)))
+    watch.use_clock(ClockSource(simulated_clock(10.0)))
+    watch.leaves = True
     assert ask(watch) == expected
 
 
 def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep):
-    second = sim_clock(10.0)
+    second = simulated_clock(10.0)
     watch.use_clock(ClockSource(second))
     deadline, hopeless = (ClockDeadline(watch, seconds * SECOND, None) for seconds in (1, 9))
     waiting = fall_asleep(deadline)
@@ -225,7 +232,7 @@ def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep
 
 
 def test_clock_whose_context_has_ended_counts_no_more(watch, context):
-    watch.use_clock(ClockSource(sim_clock(10.0), context))
+    watch.use_clock(ClockSource(simulated_clock(10.0), context))
     assert watch.simulated_now() == 10 * SECOND
     deadline = ClockDeadline(watch, SECOND, None)
     context.shutdown()
@@ -238,7 +245,7 @@ def test_clock_whose_context_has_ended_counts_no_more(watch, context):
 @pytest.mark.parametrize('make', [lambda: ClockWatch(print), Buffer], ids=['watch', 'buffer'])
 def test_clock_may_outlive_who_uses_it(make, capsys):
     """Its C code keeps a bare pointer to the jump handle, so without unregistering it crashes."""
-    clock = sim_clock(10.0)
+    clock = simulated_clock(10.0)
     user = make()
     user.use_clock(ClockSource(clock) if isinstance(user, ClockWatch) else clock)
     gone = weakref.ref(user)
@@ -284,7 +291,7 @@ def test_stamps_are_compared_with_the_clock_that_is_followed_now(follow):
 
 def test_many_jump_back_while_many_ask(pool):
     """No deadlock between jump callbacks, insertions and lookups, and no torn result."""
-    clock, buffer = sim_clock(10.0), Buffer()
+    clock, buffer = simulated_clock(10.0), Buffer()
     buffer.use_clock(clock)
     stop = threading.Event()
 

@@ -16,10 +16,9 @@ from effort import examples
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, precondition, rule, RuleBasedStateMachine
 import pytest
-from rclpy.clock import ROSClock
 from rclpy.duration import Duration
 from rclpy.time import Time
-from ros_helpers import LATEST, move, result_of, until_waiting
+from ros_helpers import LATEST, move, result_of, simulated_clock, until_waiting
 from tf_tree_py import Buffer, ClockJumpException, LookupException
 
 MILLISECOND = 1_000_000
@@ -64,8 +63,7 @@ class ClockMachine(RuleBasedStateMachine):
         self.use(begin)
 
     def use(self, begin):
-        self.clock = ROSClock()
-        self.clock._set_ros_time_is_active(True)
+        self.clock = simulated_clock()
         self.show(begin)
         self.buffer.use_clock(self.clock)
         self.now = self.newest = begin

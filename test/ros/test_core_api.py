@@ -4,11 +4,11 @@
 """The methods of tf2_py.BufferCore, by their own names."""
 
 import pytest
-from rclpy.clock import ClockChange, ROSClock, TimeJump
+from rclpy.clock import ClockChange, TimeJump
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
-from ros_helpers import with_a_lamp
+from ros_helpers import at, simulated_clock, with_a_lamp
 from tf_tree_py import Buffer, LookupException, Pose
 from tf_tree_py.ros.messages.convert import transform_stamped
 
@@ -47,13 +47,10 @@ def test_jump_of_the_clock_calls_what_a_program_may_override():
             jumps.append(time_jump.delta.nanoseconds)
             super().time_jump_callback(time_jump)
 
-    jumps, clock, buffer = [], ROSClock(), Noting()
+    jumps, clock, buffer = [], simulated_clock(9.0), Noting()
     buffer.use_clock(clock)
-    clock._set_ros_time_is_active(True)
-    clock.set_ros_time_override(Time(seconds=9, clock_type=ClockType.ROS_TIME))
     buffer.set_transform(transform_stamped('map', 'odom', 10**9, Pose()), 'test')
-    jumps.clear()
-    clock.set_ros_time_override(Time(seconds=7, clock_type=ClockType.ROS_TIME))
+    clock.set_ros_time_override(at(7.0))
     assert jumps == [-2 * 10**9]
     assert not buffer.can_transform('map', 'odom', Time())
 

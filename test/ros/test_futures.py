@@ -13,7 +13,7 @@ import threading
 import weakref
 
 import pytest
-from rclpy.clock import ClockType, ROSClock
+from rclpy.clock import ClockType
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.time import Time
 from ros_helpers import (
@@ -25,6 +25,7 @@ from ros_helpers import (
     PATIENCE,
     PATIENCE_S,
     result_of,
+    simulated_clock,
     transform,
     until,
     until_waiting,
@@ -180,7 +181,7 @@ def test_executor_spins_until_a_future_is_complete(buffer, context, name, pool):
 def test_executor_that_cannot_be_found_goes_on_with_its_next_work(
         buffer, make_node, spin, monkeypatch):
     """As after a change inside rclpy: it costs only time."""
-    monkeypatch.setattr('tf_tree_py.ros.waiting.futures._STEP_OF_TASK', None)
+    monkeypatch.setattr('tf_tree_py.ros.waiting.futures.STEP_OF_TASK', None)
     executor = spin(make_node('spun'))
     task = executor.create_task(look_up, buffer)
     until_waiting(buffer)
@@ -191,6 +192,8 @@ def test_executor_that_cannot_be_found_goes_on_with_its_next_work(
 
 def test_executor_or_loop_that_has_ended_is_left_alone(buffer, executor):
     loop = asyncio.new_event_loop()
+    # A task that never ends is intended here; otherwise asyncio would log it.
+    loop.set_exception_handler(lambda *_: None)
     tasks = [executor.create_task(look_up, buffer), loop.create_task(look_up(buffer))]
     executor.spin_once(timeout_sec=0.0)
     loop.run_until_complete(asyncio.sleep(0))
@@ -199,8 +202,6 @@ def test_executor_or_loop_that_has_ended_is_left_alone(buffer, executor):
     loop.close()
     move(buffer, 3.0)
     assert not any(task.done() for task in tasks)
-    # Intended here; otherwise asyncio would log it.
-    tasks[1]._log_destroy_pending = False
 
 
 # --- timeouts
@@ -228,8 +229,7 @@ def test_simulated_timeouts_end_at_their_own_pace_and_in_their_order(simulated_b
 
 def test_end_that_is_reached_before_the_alarm_is_set_is_not_missed():
     """The clock has been set back by then."""
-    clock, rang = ROSClock(), threading.Event()
-    clock._set_ros_time_is_active(True)
+    clock, rang = simulated_clock(), threading.Event()
     watch = ClockWatch(lambda jump: None)
     watch.use_clock(ClockSource(clock))
 
@@ -429,7 +429,7 @@ def test_garbage_collection_of_a_coroutine_takes_no_lock(buffer, context, no_col
     executor.shutdown()
     del executor
     collecting = threading.Thread(target=gc.collect)
-    with buffer._lock, buffer.timeouts.alarms._lock:
+    with buffer.waiting.lock, buffer.timeouts.alarms._lock:
         collecting.start()
         collecting.join(PATIENCE_S)
         assert not collecting.is_alive()

@@ -12,10 +12,10 @@ from functools import partial
 from bags import as_cdr, BEST_EFFORT, LATCHED, SECOND
 from conditions import until
 from patients import FAULTY, SWITCHED, switched
-from rclpy.clock import ROSClock
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
+from ros_helpers import simulated_clock
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, TransformDiagnostics, TransformListener
 from tf_tree_py.core.edges.packed import pack_pose
@@ -41,8 +41,7 @@ def levels(code, node):
 
 
 def _levels(code, buffer, node, play):
-    clock = ROSClock()
-    clock._set_ros_time_is_active(True)
+    clock = simulated_clock()
     buffer.use_clock(clock)
     worst, reports = [], []
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 Callback = Callable[[Future], object]
 
-_STEP_OF_TASK = Task.__call__.__code__
+STEP_OF_TASK = Task.__call__.__code__
 # A limit that is never reached: the executor checks the task again after a few.
 _MAX_NUDGES = 100
 
@@ -247,7 +247,7 @@ def _who_awaits() -> 'Task | AbstractEventLoop | None':
     frame: FrameType | None = sys._getframe(2)
     # Either may run inside the other; the inner one is the right one.
     while frame is not None and frame.f_code is not step_of_loop:
-        if frame.f_code is _STEP_OF_TASK:
+        if frame.f_code is STEP_OF_TASK:
             return frame.f_locals['self']
         frame = frame.f_back
     return None if asyncio is None else asyncio._get_running_loop()
