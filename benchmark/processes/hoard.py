@@ -49,17 +49,17 @@ def spread_out(way: str, each: int, samples: int) -> float:
     """
     edges = motion.wide(samples // each + 1).edges
     insert = _INSERTERS[way]()
-    _insert_all(_INSERTERS[way](), edges[:1], _WARM_UP)
+    insert_all(_INSERTERS[way](), edges[:1], _WARM_UP)
     # Otherwise the samples would first fill what the imports and the warm-up have freed.
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
     before = resident_bytes()
-    _insert_all(insert, edges, each)
+    insert_all(insert, edges, each)
     return (resident_bytes() - before) / (len(edges) * each)
 
 
-def _insert_all(insert: Callable[[motion.Edge, int, motion.Pose], object],
-                edges: list[motion.Edge], each: int) -> None:
+def insert_all(insert: Callable[[motion.Edge, int, motion.Pose], object],
+               edges: list[motion.Edge], each: int) -> None:
     for edge in edges:
         pose = motion.pose_at(edge, motion.START)
         for number in range(each):

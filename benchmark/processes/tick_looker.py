@@ -42,12 +42,12 @@ class TickLooker:
     """One listener, and lookups on a schedule in the main thread."""
 
     def __init__(self, way: str, node: Node) -> None:
-        self._buffer, self._listener = {**WAYS, GUARDED: _guarded}[way](node)
+        self.buffer, self.listener = {**WAYS, GUARDED: _guarded}[way](node)
         self._is_ours = way in (OURS, GUARDED)
 
     def receives(self, target: str, source: str) -> bool:
         """Return whether there is a transform between two frames."""
-        return bool(self._buffer.can_transform(target, source, Time()))
+        return bool(self.buffer.can_transform(target, source, Time()))
 
     def run(self, first: int, count: int, target: str, source: str) -> dict[str, Any]:
         """
@@ -62,7 +62,7 @@ class TickLooker:
             late.append(time.time() - due)
             begin = time.perf_counter()
             try:
-                self._buffer.lookup_transform(target, source, Time(nanoseconds=tick * TICK))
+                self.buffer.lookup_transform(target, source, Time(nanoseconds=tick * TICK))
             except Exception:  # noqa: B902 - each package has its own classes
                 missed.append(tick)
             spent.append(time.perf_counter() - begin)
@@ -76,7 +76,7 @@ class TickLooker:
 
     def _is_wrong(self, edge: Edge, stamp: int) -> bool:
         try:
-            found = self._buffer.lookup_transform(
+            found = self.buffer.lookup_transform(
                 edge.parent, edge.child, Time(nanoseconds=stamp)).transform.translation
         except Exception:  # noqa: B902
             return False
@@ -84,7 +84,7 @@ class TickLooker:
 
     def first_answer(self, target: str, source: str, after: int) -> float:
         """Return how long after a time there is newer data, seconds."""
-        while self._buffer.get_latest_common_time(target, source).nanoseconds < after:
+        while self.buffer.get_latest_common_time(target, source).nanoseconds < after:
             time.sleep(0.001)
         return (time.time_ns() - after) * 1e-9
 
@@ -92,9 +92,9 @@ class TickLooker:
         """Return how many transforms were inserted and refused; our buffer only."""
         if not self._is_ours:
             return {}
-        counted = self._buffer.statistics()
+        counted = self.buffer.statistics()
         return {'accepted': counted.accepted, 'refused': counted.refused,
-                'frames': len(self._buffer.frames())}
+                'frames': len(self.buffer.frames())}
 
 
 def main() -> None:

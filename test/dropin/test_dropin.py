@@ -25,7 +25,6 @@ from ros_helpers import (
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.dropin import listener as listener_module
-from tf_tree_py.ros.topics import listener as listener_topics
 
 pytestmark = pytest.mark.usefixtures('installed')
 
@@ -84,15 +83,15 @@ def test_callback_sees_the_transform_that_was_sent_before_its_message(
         node, talker, spinner, begin, monkeypatch):
     """As in tf2, where one thread reads both; here another thread reads transforms."""
     import tf2_ros
-    receive = listener_topics._Feed._receive
+    insert_batch = tf2_ros.Buffer.insert_batch
 
-    def receive_late(feed, data, info):
+    def insert_late(*batch, **options):
         late.wait(0.02)
-        receive(feed, data, info)
+        return insert_batch(*batch, **options)
 
     late = threading.Event()
-    monkeypatch.setattr(listener_topics._Feed, '_receive', receive_late)
-    monkeypatch.setattr('tf_tree_py.dropin.buffer._LONGEST_S', PATIENCE_S)
+    monkeypatch.setattr(tf2_ros.Buffer, 'insert_batch', insert_late)
+    monkeypatch.setattr('tf_tree_py.dropin.buffer.LONGEST_S', PATIENCE_S)
     buffer, found = tf2_ros.Buffer(), []
     begin(buffer, node)
     publisher = talker.node.create_publisher(Header, 'image', 10)
@@ -201,7 +200,7 @@ def test_first_spin_once_returns_for_what_came_before(program):
 @pytest.fixture
 def spun_soon(monkeypatch):
     """Let the listener check early whether its node is spun; return the threads that do."""
-    monkeypatch.setattr(listener_module, '_UNTIL_SPUN_S', 0.2)
+    monkeypatch.setattr(listener_module, 'UNTIL_SPUN_S', 0.2)
     threads, spin_if_nobody_does = [], listener_module.spin_if_nobody_does
     monkeypatch.setattr(
         listener_module, 'spin_if_nobody_does',

@@ -171,4 +171,4 @@ def simulated_buffer(make_node, listen, sim_clock):
 @pytest.fixture
 def woken_events_executor(monkeypatch):
     """Let other threads call an EventsExecutor: the test spins it with timeouts only."""
-    monkeypatch.setattr('tf_tree_py.ros.threads.executors._has_broken_queue', lambda: False)
+    monkeypatch.setattr('tf_tree_py.ros.threads.executors.has_broken_queue', lambda: False)

@@ -15,27 +15,22 @@ from inputs import for_each
 import pytest
 from rclpy.action import CancelResponse, GoalResponse
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.node import Node
 from ros_helpers import at, lasting, LATEST, move, PATIENCE, PATIENCE_S, result_of, until_waiting
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 import tf_tree_py as tf
 from tf_tree_py.ros.remote import buffer_client, buffer_server, goal_client, lookup_call
 from tf_tree_py.ros.remote.buffer_client import BufferClient
-from tf_tree_py.ros.remote.buffer_server import _ClosableServer, BufferServer
+from tf_tree_py.ros.remote.buffer_server import BufferServer, ClosableServer
 from tf_tree_py.ros.remote.lookup_call import State, UNACCEPTED, WANTED
+from unique_identifier_msgs.msg import UUID
 
 ACTION = 'tf2_buffer_server'
 
 
 def x_of(message):
     return message.transform.translation.x
-
-
-def requests_of(client):
-    """Return the requests of a client whose responses it still expects."""
-    home = client.action_client
-    return [request for service in (home._send, home._fetch, home._cancel)
-            for request in service._pending_requests]
 
 
 @pytest.fixture
@@ -60,7 +55,7 @@ def server(buffer, serve):
 @pytest.fixture
 def deaf(client, make_node):
     """Make a server whose node does not spin, with a client that gives it little time."""
-    server = _ClosableServer(make_node('deaf'), LookupTransform, ACTION, lambda _: None)
+    server = ClosableServer(make_node('deaf'), LookupTransform, ACTION, lambda _: None)
     client.timeout_padding = lasting(0.0)
     assert client.wait_for_server(PATIENCE)
     yield
@@ -68,7 +63,16 @@ def deaf(client, make_node):
 
 
 @pytest.fixture
-def make_client(node):
+def pending(monkeypatch):
+    """Return a function that returns the requests whose responses are still expected."""
+    services, create = [], Node.create_client
+    monkeypatch.setattr(Node, 'create_client', lambda *service, **options: services.append(
+        create(*service, **options)) or services[-1])
+    return lambda: [request for each in services for request in each._pending_requests]
+
+
+@pytest.fixture
+def make_client(node, pending):
     """Make clients that are closed at the end of the test."""
     clients = []
 
@@ -95,17 +99,32 @@ def ready(server, client):
     return client
 
 
+class Forgetful(ClosableServer):
+    """A server that no longer knows some of its goals when it is asked for their results."""
+
+    def __init__(self, forgotten, *args, **options):
+        self.forgotten = forgotten
+        super().__init__(*args, **options)
+
+    async def execute(self, taken_data):
+        if 'result' in taken_data:
+            request = taken_data['result'][1]
+            if bytes(request.goal_id.uuid) in self.forgotten:
+                request.goal_id = UUID()
+        await super().execute(taken_data)
+
+
 class OtherServer:
     """A server whose responses the test chooses, as of another implementation."""
 
     def __init__(self, node):
-        self.accepts, self.forgets = True, 0
+        self.accepts, self.forgets, self.forgotten = True, 0, set()
         self.status, self.result = 'abort', LookupTransform.Result()
         self.may_answer = threading.Event()
         self.may_answer.set()
-        self.handles, self.forgotten = [], {}
-        self.server = _ClosableServer(
-            node, LookupTransform, ACTION, self._execute,
+        self.handles = []
+        self.server = Forgetful(
+            self.forgotten, node, LookupTransform, ACTION, self._execute,
             goal_callback=lambda _: GoalResponse.ACCEPT if self.accepts else GoalResponse.REJECT,
             handle_accepted_callback=self._accept,
             cancel_callback=lambda _: CancelResponse.ACCEPT)
@@ -113,9 +132,7 @@ class OtherServer:
     def _accept(self, handle):
         if self.forgets:
             self.forgets -= 1
-            # Without a reference their memory is freed, which rcl's server still reads.
-            self.forgotten |= self.server._goal_handles
-            self.server._goal_handles.clear()
+            self.forgotten.add(bytes(handle.goal_id.uuid))
         else:
             handle.execute()
 
@@ -132,10 +149,7 @@ class OtherServer:
         return self.result
 
     def close(self):
-        self.forgets = 0
         self.may_answer.set()
-        # While one of its goals exists, rcl's server lives on, and later tests would find it.
-        self.server._goal_handles |= self.forgotten
         self.server.destroy()
 
 
@@ -328,7 +342,7 @@ def sent(monkeypatch):
 
 def test_long_wait_is_asked_for_in_parts(ready, buffer, sent, monkeypatch, pool):
     """So that a server can drop the goals of a client that has died."""
-    monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
+    monkeypatch.setattr(lookup_call, 'LEASE_S', 0.02)
     asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
     until(lambda: len(sent) > 3)
     assert sent[-1].timeout.sec == 0
@@ -352,11 +366,11 @@ def simulated(simulated_buffer, serve, client):
 def test_long_wait_outlasts_a_server_with_another_clock(
         simulated, client, sent, sim_clock, monkeypatch, clock):
     if clock == 'stands still':
-        monkeypatch.setattr(lookup_call, '_LEASE_S', 0.02)
+        monkeypatch.setattr(lookup_call, 'LEASE_S', 0.02)
         # Longer than a busy server takes to accept a goal.
         client.timeout_padding = lasting(3.0)
     else:
-        monkeypatch.setattr(lookup_call, '_QUICK_S', 0.0)
+        monkeypatch.setattr(lookup_call, 'QUICK_S', 0.0)
     call = client.wait_for_transform_async('map', 'base', LATEST)
     until_waiting(simulated)
     if clock == 'is fast':
@@ -367,39 +381,38 @@ def test_long_wait_outlasts_a_server_with_another_clock(
 
 
 @pytest.mark.usefixtures('deaf')
-def test_server_that_accepts_nothing_is_given_up(client, sent, monkeypatch):
+def test_server_that_accepts_nothing_is_given_up(client, sent, pending, monkeypatch):
     """Also without a timeout, and when the calls are cancelled; nothing is left."""
-    monkeypatch.setattr(goal_client, '_AGAIN_AT_FIRST', 0.0)
+    monkeypatch.setattr(goal_client, 'AGAIN_AT_FIRST', 0.0)
     client.timeout_padding = lasting(0.5)
     with pytest.raises(tf.TimeoutException, match='is available, but did not answer'):
         client.lookup_transform('map', 'base', LATEST)
     assert len(sent) == 1, 'not again, because its time is over'
     client.timeout_padding = lasting(0.0)
-    monkeypatch.setattr(goal_client, '_DISCOVERY_S', 0.0)
-    monkeypatch.setattr(lookup_call, '_ACCEPTANCE_S', 0.02)
+    monkeypatch.setattr(goal_client, 'DISCOVERY_S', 0.0)
+    monkeypatch.setattr(lookup_call, 'ACCEPTANCE_S', 0.02)
     call = client.wait_for_transform_async('map', 'base', LATEST)
     with pytest.raises(tf.TimeoutException, match='is available, but did not answer'):
         result_of(call)
     for _ in range(20):
         client.wait_for_transform_async('map', 'base', LATEST).cancel()
     until(lambda: not client.action_client.goals_in(*UNACCEPTED))
-    assert not requests_of(client)
+    assert not pending()
 
 
 def test_request_that_a_new_server_lost_is_sent_again(buffer, client, serve, monkeypatch):
     """While DDS discovers a server, the request or its response may be lost."""
-    monkeypatch.setattr(goal_client, '_AGAIN_AT_FIRST', 0.05)
+    monkeypatch.setattr(goal_client, 'AGAIN_AT_FIRST', 0.05)
     lost = []
 
-    class Losing(_ClosableServer):
+    class Losing(ClosableServer):
 
-        async def _execute_goal_request(self, request):
-            if len(lost) < 2:
-                lost.append(request)
-            else:
-                await super()._execute_goal_request(request)
+        async def execute(self, taken_data):
+            if 'goal' in taken_data and len(lost) < 2:
+                lost.append(taken_data.pop('goal'))
+            await super().execute(taken_data)
 
-    monkeypatch.setattr(buffer_server, '_ClosableServer', Losing)
+    monkeypatch.setattr(buffer_server, 'ClosableServer', Losing)
     with serve(buffer):
         assert x_of(client.lookup_transform('map', 'base', at(1.5), PATIENCE)) == 1.5
     assert len(lost) == 2
@@ -414,7 +427,7 @@ def test_server_gets_what_is_left_of_the_timeout(other, client):
 # --- cancelling and ending
 
 
-def test_cancelled_calls_cancel_their_goals(ready, buffer):
+def test_cancelled_calls_cancel_their_goals(ready, buffer, pending):
     """A cancel request before the acceptance would refer to an unknown goal."""
     call = ready.wait_for_transform_async('map', 'base', at(3.0))
     until_waiting(buffer)
@@ -428,7 +441,7 @@ def test_cancelled_calls_cancel_their_goals(ready, buffer):
     # A new lookup is behind all of these.
     ready.lookup_transform('map', 'base', at(1.5), PATIENCE)
     assert len(buffer.waiting) == 0
-    assert not requests_of(ready)
+    assert not pending()
 
 
 def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
@@ -450,7 +463,7 @@ def test_interrupted_lookup_cancels_its_goal(ready, buffer, monkeypatch):
 def test_closing_ends_what_is_on_its_way(ready, buffer, node, monkeypatch):
     """The server receives the cancel requests, and can respond."""
     # As long as a server on a busy machine takes.
-    monkeypatch.setattr('tf_tree_py.ros.remote.goal_client._FAREWELL_S', PATIENCE_S)
+    monkeypatch.setattr('tf_tree_py.ros.remote.goal_client.FAREWELL_S', PATIENCE_S)
     calls = [ready.wait_for_transform_async('map', 'base', at(3.0)) for _ in range(3)]
     until_waiting(buffer, 3)
     # These are just being accepted.
@@ -552,17 +565,17 @@ def test_lookup_in_the_clients_own_thread_fails_instead_of_hanging(ready):
     assert 'this thread receives the answers' in str(errors[0])
 
 
-def test_burst_of_calls_is_sent_in_turns_and_leaves_nothing(ready, buffer):
+def test_burst_of_calls_is_sent_in_turns_and_leaves_nothing(
+        ready, buffer, pending, monkeypatch):
     """tf2's server queues ten unprocessed goals, and drops the others. Calls need no threads."""
     home = ready.action_client
-    unaccepted = []
-    note = home._note_acceptance
+    unaccepted, report = [], home.report
 
-    def note_acceptance(*them):
+    def note(*event):
         unaccepted.append(len(home.goals_in(*UNACCEPTED)))
-        note(*them)
+        report(*event)
 
-    home._note_acceptance = note_acceptance
+    monkeypatch.setattr(home, 'report', note)
     before = threading.active_count()
     calls = [ready.wait_for_transform_async('map', 'base', at(3.0 + number / 100.0), PATIENCE)
              for number in range(100)]
@@ -574,7 +587,7 @@ def test_burst_of_calls_is_sent_in_turns_and_leaves_nothing(ready, buffer):
         [3.0 + number / 100.0 for number in range(100)])
     assert max(unaccepted) <= 8
     assert not home.goals_in(*State)
-    assert not requests_of(ready)
+    assert not pending()
 
 
 def test_of_a_hundred_clients_at_once_each_is_answered(server, buffer, make_node, make_client):

@@ -12,7 +12,8 @@ from action_msgs.msg import GoalStatus
 from inputs import for_each
 import numpy as np
 import pytest
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, ActionServer
+from rclpy.action.server import ServerGoalHandle
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from ros_helpers import at, lasting, move, PATIENCE_S, result_of, transform, until, until_waiting
@@ -20,7 +21,7 @@ from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 from tf_tree_py import TransformException
 from tf_tree_py.ros.remote import buffer_server
-from tf_tree_py.ros.remote.buffer_server import BufferServer
+from tf_tree_py.ros.remote.buffer_server import BufferServer, ClosableServer
 
 SUCCEEDED, ABORTED, CANCELED = (
     GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
@@ -137,14 +138,13 @@ def test_failure_is_an_answer_with_its_code_and_the_reason(asker, buffer, case):
 
 def test_answers_come_from_the_executor_not_from_who_delivers_transforms(
         asker, buffer, serve, monkeypatch):
-    threads = []
-    answer = BufferServer._answer
+    threads, succeed = [], ServerGoalHandle.succeed
 
-    def note(self, handle):
+    def note(handle):
         threads.append(threading.current_thread())
-        return answer(self, handle)
+        succeed(handle)
 
-    monkeypatch.setattr(BufferServer, '_answer', note)
+    monkeypatch.setattr(ServerGoalHandle, 'succeed', note)
     serve(buffer)
     _, future = asker.send(goal(seconds=3.0, timeout=PATIENCE_S))
     until_waiting(buffer)
@@ -174,46 +174,69 @@ def test_goal_can_be_cancelled_until_it_is_answered(asker, buffer):
 
 
 def test_cancelling_is_refused_once_the_answer_is_known(asker, buffer, serve, monkeypatch):
-    answer = BufferServer._execute_ended
-    monkeypatch.setattr(BufferServer, '_execute_ended', lambda _: None)
-    server, _, executor = serve(buffer)
+    ended, execute = [], ServerGoalHandle.execute
+    monkeypatch.setattr(ServerGoalHandle, 'execute', lambda handle: ended.append(handle))
+    *_, executor = serve(buffer)
     handle, future = asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
     move(buffer, 3.0)
+    until(lambda: ended)
     assert not result_of(handle.cancel_goal_async()).goals_canceling
-    executor.create_task(answer, server)
+    executor.create_task(execute, *ended)
     assert result_of(future).status == SUCCEEDED
 
 
-def test_goals_of_a_closed_server_are_freed_after_its_last_use(server, asker, buffer):
+def action_of(node):
+    """Return the action server of a node, as an executor finds it."""
+    (server,) = [each for each in node.waitables if isinstance(each, ClosableServer)]
+    return server
+
+
+def kept_goals(action):
+    """Return the memory of goals that a closed action server keeps because rcl reads it."""
+    return action._detached
+
+
+def test_goals_of_a_closed_server_are_freed_after_its_last_use(serve, asker, buffer, kind):
+    server, node, _ = serve(buffer, kind)
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
-    with server._server:  # as in an executor
+    action = action_of(node)
+    with action:  # as in an executor
         server.close()
         server.close()
         assert len(buffer.waiting) == 0
-        assert server._server._detached, 'rcl still reads the goal'
-    until(lambda: not server._server._detached)
+        assert kept_goals(action), 'rcl still reads the goal'
+    until(lambda: not kept_goals(action))
     until(lambda: not asker.client.server_is_ready())
 
 
 def test_goals_of_a_server_that_is_closed_while_an_executor_enters_are_freed(
-        serve, asker, buffer, kind):
-    server, _, executor = serve(buffer, kind)
+        serve, asker, buffer, kind, pool, monkeypatch):
+    server, node, executor = serve(buffer, kind)
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
-    closed = server._server
-    with closed:  # so that the other executor frees nothing
+    action, is_entering, may_enter = action_of(node), threading.Event(), threading.Event()
+    enter = ActionServer.__enter__
+
+    def enter_late(each):
+        is_entering.set()
+        may_enter.wait(PATIENCE_S)
+        return enter(each)
+
+    with action:
         server.close()
-        executor.wake()
-        until(lambda: closed._users == 1)
+        # The executor has left it when it runs a task.
+        result_of(executor.create_task(lambda: None))
         # Another one is about to enter it, and finds that it is destroyed.
-        closed._users += 1
-    assert closed._detached
-    closed._users -= 1
+        monkeypatch.setattr(ActionServer, '__enter__', enter_late)
+        entered = pool.submit(action.__enter__)
+        assert is_entering.wait(PATIENCE_S)
+    assert kept_goals(action)
+    may_enter.set()
     with pytest.raises(InvalidHandle):
-        closed.__enter__()
-    until(lambda: not closed._detached)
+        entered.result(PATIENCE_S)
+    assert not kept_goals(action)
     until(lambda: not asker.client.server_is_ready())
 
 
@@ -262,7 +285,7 @@ def request_of(number, wanted):
 def test_id_of_an_expired_goal_may_be_used_again(asker, buffer, serve, make_node, spin,
                                                  monkeypatch):
     """Otherwise one client could end the executor of the server."""
-    monkeypatch.setattr(buffer_server, '_RESULT_TIMEOUT_S', 0.01)
+    monkeypatch.setattr(buffer_server, 'RESULT_TIMEOUT_S', 0.01)
     server, _, executor = serve(buffer)
     node = make_node('repeating')
     client = node.create_client(
@@ -281,20 +304,16 @@ def test_id_of_an_expired_goal_may_be_used_again(asker, buffer, serve, make_node
 def test_expired_goals_are_forgotten_before_a_new_one_is_accepted(asker, buffer, serve,
                                                                   monkeypatch):
     """They may have the same id."""
-    server, node, executor = serve(buffer)
-    order = []
+    _, node, executor = serve(buffer)
+    action, order = action_of(node), []
 
-    def noting(what):
-        async def note(_):
-            order.append(what)
+    async def note(_, taken):
+        order.extend([list(taken)] if taken else [])
 
-        return note
-
-    for what in ('goal_request', 'cancel_request', 'get_result_request', 'expire_goals'):
-        monkeypatch.setattr(server._server, f'_execute_{what}', noting(what))
-    result_of(executor.create_task(server._server.execute(
+    monkeypatch.setattr(ActionServer, 'execute', note)
+    result_of(executor.create_task(action.execute(
         {'goal': 1, 'cancel': 2, 'result': 3, 'expired': 4})))
-    assert order == ['expire_goals', 'goal_request', 'cancel_request', 'get_result_request']
+    assert order == [['expired'], ['goal', 'cancel', 'result']]
 
 
 def test_goals_with_any_content_are_answered_and_not_logged(asker, buffer, serve, log):

@@ -23,7 +23,7 @@ def reported(buffer):
 
 @pytest.fixture(autouse=True)
 def short_lease(monkeypatch):
-    monkeypatch.setattr('tf_tree_py.ros.topics.endpoints._LEASE_S', 1.0)
+    monkeypatch.setattr('tf_tree_py.ros.topics.endpoints.LEASE_S', 1.0)
 
 
 @pytest.fixture

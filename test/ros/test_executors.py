@@ -24,10 +24,10 @@ def test_events_executor_may_be_called_if_its_queue_can_wait(
     experimental = pytest.importorskip('rclpy.experimental')
     (tmp_path / 'rclpy.so').write_bytes(code)
     monkeypatch.setattr(executors.rclpy_implementation, '__file__', str(tmp_path / 'rclpy.so'))
-    executors._has_broken_queue.cache_clear()
+    executors.has_broken_queue.cache_clear()
     executor = experimental.EventsExecutor(context=context)
     assert [executors.takes_calls(executor) for _ in range(2)] == [may, may]
     assert capfd.readouterr().err.count('delivers nothing if it spins without a timeout') == (
         not may)
     executor.shutdown()
-    executors._has_broken_queue.cache_clear()
+    executors.has_broken_queue.cache_clear()

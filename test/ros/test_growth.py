@@ -77,17 +77,25 @@ def test_answers_beside_many_frames_and_in_long_histories_are_right(peer):
 
 # --- stamps
 
+class Noting(OurCore):
+    """Notes the stamps of its lookups."""
+
+    def reset(self, robot, history_s):
+        super().reset(robot, history_s)
+        self.stamps = []
+        self.lookup = lambda target, source, stamp: self.stamps.append(stamp)
+
+
 def stamps_of(exercise):
     """Return the stamps of one turn."""
-    stamps = []
-    exercise._ask = lambda target, source, stamp: stamps.append(stamp)
+    exercise.peer.stamps.clear()
     exercise.take_turn()
-    return stamps
+    return list(exercise.peer.stamps)
 
 
 def test_old_stamps_are_spread_over_the_whole_history_and_repeat_in_every_run():
     task = Task('chain5', 10.0, False, 200, anywhere=True)
-    exercise = Exercise(OurCore(), task)
+    exercise = Exercise(Noting(), task)
     exercise.take_turn()
     turn = stamps_of(exercise)
     span = 10.0 * 1e9
@@ -97,13 +105,13 @@ def test_old_stamps_are_spread_over_the_whole_history_and_repeat_in_every_run():
     assert counts.min() >= 36 and counts.sum() == 200
     # None is close to the one before, so that no search can begin there.
     assert np.abs(np.diff(turn)).min() > 0.2 * span
-    again = Exercise(OurCore(), task)
+    again = Exercise(Noting(), task)
     again.take_turn()
     assert stamps_of(again) == turn
 
 
 def test_a_changed_exercise_continues_on_the_same_buffer():
-    exercise = Exercise(OurCore(), Task('chain5', 1.0, False, 7, anywhere=True))
+    exercise = Exercise(Noting(), Task('chain5', 1.0, False, 7, anywhere=True))
     assert len(stamps_of(exercise)) == 7
     exercise.change(latest=True, count=3)
     assert stamps_of(exercise) == [0, 0, 0]
@@ -144,7 +152,7 @@ def test_a_failed_lookup_in_a_thread_is_no_result():
 @pytest.mark.parametrize('each', [100, 1_000])
 def test_every_edge_gets_its_samples(each):
     edges, inserted = motion.wide(9).edges, []
-    hoard._insert_all(lambda *sample: inserted.append(sample), edges, each)
+    hoard.insert_all(lambda *sample: inserted.append(sample), edges, each)
     assert [edge for edge, _, _ in inserted[::each]] == edges
     assert len(inserted) == each * len(edges)
     stamps = [stamp for _, stamp, _ in inserted[:each]]

@@ -114,7 +114,7 @@ def test_robot_with_10000_frames_in_a_message_is_received(
 def test_large_messages_keep_their_order_and_none_is_lost(
         node, listen, publisher, monkeypatch, most):
     """They are sent before the first of them is read; in another order, many would be too old."""
-    monkeypatch.setattr(listener, '_MOST_WAITING_BYTES', most)
+    monkeypatch.setattr(listener, 'MOST_WAITING_BYTES', most)
     buffer = listen(node)
     send_while_it_waits(buffer, publisher, *[message(LARGE, 8 * second) for second in range(20)])
     until(lambda: buffer.statistics().accepted == 20 * LARGE + 1)

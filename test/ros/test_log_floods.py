@@ -14,7 +14,6 @@ from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, FlightRecorder, GyroListener, limited_log, Pose
 from tf_tree_py.recording.flight_recorder import Happened
-from tf_tree_py.ros.buffer.buffer import _log_recording
 
 SENT, AT_ONCE = 3000, 50
 
@@ -94,7 +93,8 @@ def test_gyroscope(node, make_node, log, monkeypatch):
 
 def test_recordings_that_are_not_written(log, monkeypatch):
     monkeypatch.setattr(limited_log, 'time', HandClock(1000.0))
-    Buffer(flight_recorder=FlightRecorder())
+    recorder = FlightRecorder()
+    Buffer(flight_recorder=recorder)
     for number in range(1000):
-        _log_recording(Happened('lookup_failed', f'frame {number}'), None, f'too soon {number}')
+        recorder.notify(Happened('lookup_failed', f'frame {number}'), None, f'too soon {number}')
     assert log().count('not recorded') == 1

@@ -50,13 +50,13 @@ def test_wrong_answers_are_counted_and_missing_ones_are_not(node):
     assert looker.wrong(first, 10, len(CHAIN)) == 0, 'there are no answers'
     # Far apart, so that nearly all answers are interpolated.
     for tick in (first, first + 9):
-        looker._buffer.insert_many(honest(tick * TICK))
+        looker.buffer.insert_many(honest(tick * TICK))
     assert looker.wrong(first, 10, len(CHAIN)) == 0
     assert looker.run(first - 2, 4, ROOT, LEAF)['missed'] == [first - 2, first - 1]
     edge, stamp = CHAIN[2], (first + 10) * TICK
-    looker._buffer.insert(edge.parent, edge.child, stamp, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    looker.buffer.insert(edge.parent, edge.child, stamp, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     assert looker.wrong(first, 11, len(CHAIN)) == 1
-    looker._listener.close()
+    looker.listener.close()
 
 
 @pytest.mark.parametrize(('last', 'level'), [

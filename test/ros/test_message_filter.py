@@ -22,6 +22,7 @@ from ros_helpers import at, lasting, move, PATIENCE_S, transform, until, until_w
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.core.buffer import waiting
 from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
+from tf_tree_py.ros.waiting.timeouts import Wait
 
 
 @pytest.fixture
@@ -279,15 +280,15 @@ def test_message_that_is_just_being_answered_is_not_dropped_meanwhile(
         make_filter, buffer, settle, inbox, pool, monkeypatch):
     each = make_filter(queue_size=1)
     each.add(point(3.0))
-    found, adding = each._found, []
+    end, adding = Wait.end, []
 
-    def add_meanwhile(held):
+    def add_meanwhile(answered):
         monkeypatch.undo()
         adding.append(pool.submit(each.add, point(9.0)))
         wait(adding, 0.05)  # in vain: it has to wait for this thread
-        found(held)
+        end(answered)
 
-    monkeypatch.setattr(each, '_found', add_meanwhile)
+    monkeypatch.setattr(Wait, 'end', add_meanwhile)
     move(buffer, 3.0)
     adding[0].result(PATIENCE_S)
     settle(each)

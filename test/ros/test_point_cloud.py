@@ -105,8 +105,8 @@ def test_points_move_and_nothing_else_does(layout, kind, big):
     assert back == cloud
 
 
-@for_each(count=[1, point_cloud._BLOCK - 1, point_cloud._BLOCK, point_cloud._BLOCK + 1,
-                 3 * point_cloud._BLOCK + 5])
+@for_each(count=[1, point_cloud.BLOCK - 1, point_cloud.BLOCK, point_cloud.BLOCK + 1,
+                 3 * point_cloud.BLOCK + 5])
 def test_every_point_of_every_block_moves_and_is_rounded_once(count):
     columns = random_columns(np.random.default_rng(2), count, 'f4')
     moved = do_transform_cloud(packed_cloud(Header(), columns, True), stamped_transform(POSE))

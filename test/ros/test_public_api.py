@@ -4,6 +4,7 @@
 """The public imports, and their compatibility with tf2."""
 
 import ast
+from importlib import import_module
 import inspect
 import subprocess
 import sys
@@ -46,22 +47,24 @@ def test_public_names_are_there_once_in_order_and_in_a_star_import():
     assert tf_tree_py.__all__ == sorted(set(tf_tree_py.__all__), key=str.lower)
 
 
-def test_type_checkers_are_told_of_what_is_loaded_late():
-    """They do not run ``__getattr__``: without visible imports, every class would be Any."""
+def loaded_late():
+    """Return the names that are loaded on first use, with their modules, as type checkers see."""
     [block] = [node for node in ast.parse(inspect.getsource(tf_tree_py)).body
                if isinstance(node, ast.If) and ast.unparse(node.test) == 'TYPE_CHECKING']
-    assert {alias.name: node.module.removeprefix('tf_tree_py.')
-            for node in block.body for alias in node.names} == tf_tree_py._LATER
+    return {alias.name: node.module for node in block.body for alias in node.names}
+
+
+def test_type_checkers_are_told_of_what_is_loaded_late():
+    """They do not run ``__getattr__``: without visible imports, every class would be Any."""
+    bound = run('import tf_tree_py; print(list(vars(tf_tree_py)))')
+    assert loaded_late().keys() == set(tf_tree_py.__all__) - set(bound)
+    for name, module in loaded_late().items():
+        assert getattr(tf_tree_py, name) is getattr(import_module(module), name)
 
 
 def test_what_is_loaded_on_first_use_is_not_loaded_before():
-    loaded = run("""
-        import sys, tf_tree_py
-
-        print([name for name, module in tf_tree_py._LATER.items()
-               if f'tf_tree_py.{module}' in sys.modules])
-    """)
-    assert loaded == []
+    loaded = run('import sys, tf_tree_py; print(list(sys.modules))')
+    assert not set(loaded_late().values()) & set(loaded)
 
 
 def test_unknown_name_is_an_attribute_error():
@@ -71,20 +74,21 @@ def test_unknown_name_is_an_attribute_error():
 
 
 def test_without_ros_the_core_works_and_a_sentence_says_what_to_install():
-    sentences, names = run("""
+    of_ros = {name for name, module in loaded_late().items()
+              if module.startswith('tf_tree_py.ros.')}
+    sentences, names = run(f"""
         import tf_tree_py
 
         assert tf_tree_py.BufferCore().frames() == []
-        sentences, names = {}, {}
-        for name in filter(tf_tree_py._needs_ros, tf_tree_py._LATER):
+        sentences, names = {{}}, {{}}
+        for name in {list(loaded_late())}:
             try:
                 getattr(tf_tree_py, name)
             except ImportError as error:
                 sentences[name] = str(error)
         exec('from tf_tree_py import *', names)
-        print((sentences, sorted(names.keys() - {'__builtins__'})))
+        print((sentences, sorted(names.keys() - {{'__builtins__'}})))
     """, 'rclpy', 'geometry_msgs', 'tf2_msgs', 'std_msgs')
-    of_ros = set(filter(tf_tree_py._needs_ros, tf_tree_py._LATER))
     assert 'TransformListener' in of_ros
     assert sentences.keys() == of_ros
     for name, sentence in sentences.items():

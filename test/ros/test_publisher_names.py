@@ -125,16 +125,15 @@ def test_name_that_is_about_to_be_reported_is_asked_for_again(graph, clock, who)
 @pytest.fixture
 def watched(graph, clock):
     """Receive messages of /tf without DDS; return the reported publishers of an edge."""
-    graph.create_subscription = lambda *_, **__: None
-    graph.executor = None
+    callbacks, graph.executor = [], None
+    graph.create_subscription = lambda kind, topic, callback, *_, **__: callbacks.append(callback)
     buffer, doctor = Buffer(), Doctor()
     buffer.observers.add(doctor)
-    feed = listener._Feed(buffer, graph, '/tf', False, 10, as_published,
-                          listener.Spinner(buffer, graph))
+    listener.Feed(buffer, graph, '/tf', False, 10, as_published, listener.Spinner(buffer, graph))
 
     def hear(parent, child):
         message = TFMessage(transforms=[transform(parent, child, clock.now)])
-        feed._receive(serialize_message(message), {'publication_sequence_number': None})
+        callbacks[-1](serialize_message(message), {'publication_sequence_number': None})
         return next((one.publishers for one in doctor.signs() if one.child == child), None)
 
     return hear

@@ -27,10 +27,10 @@ def receive(make_node, use_wait_set):
     receivers = []
 
     def begin(**callbacks):
-        node = make_node('received')
+        begin.node = make_node('received')
         for topic, callback in callbacks.items():
-            node.create_subscription(String, topic, callback, 1000, raw=True)
-        receivers.append(Receiver(node, begin.ended.set))
+            begin.node.create_subscription(String, topic, callback, 1000, raw=True)
+        receivers.append(Receiver(begin.node, begin.ended.set))
         return receivers[-1]
 
     begin.ended = threading.Event()
@@ -121,10 +121,10 @@ def test_subscriptions_may_come_and_go_while_messages_pour_in(receive, publish, 
     gone = []
     for number in range(6):
         served = threading.Event()
-        subscription = receiver._node.create_subscription(
+        subscription = receive.node.create_subscription(
             String, f'other_{number}', lambda _, served=served: served.set(), 1, raw=True)
         for each in gone:
-            receiver._node.destroy_subscription(each)
+            receive.node.destroy_subscription(each)
         receiver.wake()
         publish(f'other_{number}', 'x')
         assert served.wait(PATIENCE_S)
@@ -167,15 +167,16 @@ def test_two_hundred_listeners_leave_nothing_behind(empty_domain, make_node):
         for _ in range(count):
             TransformListener(Buffer(), node).close()
 
+    def callbacks():
+        return len(empty_domain._callbacks), len(node._post_set_parameters_callbacks)
+
     turn(5)
-    threads, files = set(threading.enumerate()), open_files()
-    shutdown_callbacks = len(empty_domain._callbacks)
+    threads, files, before = set(threading.enumerate()), open_files(), callbacks()
     turn(200)
     # Those of earlier tests may end meanwhile.
     assert set(threading.enumerate()) <= threads
     assert open_files() <= files + 2
-    assert len(empty_domain._callbacks) == shutdown_callbacks
-    assert node._post_set_parameters_callbacks == []
+    assert callbacks() == before and not before[1]
     until(lambda: node.get_node_names() == ['busy'])
     until(lambda: node.get_subscriptions_info_by_topic('/tf') == [])
 
@@ -215,20 +216,31 @@ def test_error_of_rclpy_is_raised_unless_ros_has_ended(
 
 
 @pytest.mark.parametrize('use_wait_set', [True], indirect=True)
-def test_shutdown_returns_when_no_message_is_read_any_more(receive, context, pour, monkeypatch):
-    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._LAST_READ_S', PATIENCE_S)
-    arrived = []
-    receiver = receive(topic=arrived.append)
-    pour('topic')
-    until(lambda: len(arrived) >= 50)
+def test_shutdown_returns_when_no_message_is_read_any_more(
+        receive, context, publish, monkeypatch):
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver.LAST_READ_S', PATIENCE_S)
+    order, is_reading, is_stopped = [], threading.Event(), threading.Event()
+
+    def take(_):
+        is_reading.set()
+        is_stopped.wait(PATIENCE_S)
+        order.append('read')
+
+    receiver = receive(topic=take)
+    stop = receiver.stop
+    monkeypatch.setattr(receiver, 'stop', lambda: (stop(), is_stopped.set()))
+    publish('topic', 'x')
+    assert is_reading.wait(PATIENCE_S)
     context.shutdown()
-    assert receiver._has_served.is_set()
+    order.append('shut down')
+    receiver.thread.join(PATIENCE_S)
+    assert order == ['read', 'shut down']
 
 
 @pytest.mark.parametrize('use_wait_set', [True], indirect=True)
 def test_callbacks_that_hang_hold_up_a_shutdown_for_one_limit_together(
         receive, context, publish, monkeypatch):
-    monkeypatch.setattr('tf_tree_py.ros.threads.receiver._LAST_READ_S', 0.05)
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver.LAST_READ_S', 0.05)
     hanging, ends = threading.Semaphore(0), threading.Event()
 
     def hang(_):
@@ -239,31 +251,21 @@ def test_callbacks_that_hang_hold_up_a_shutdown_for_one_limit_together(
     publish('topic', 'x')
     for _ in receivers:
         assert hanging.acquire(timeout=PATIENCE_S)
-    limits = []
-    for receiver in receivers:
-        wait = receiver._has_served.wait
-        monkeypatch.setattr(receiver._has_served, 'wait', lambda limit, wait=wait: (
-            limits.append(limit), wait(limit)))
+    limits, wait = [], Receiver.wait_for_last_read
+    monkeypatch.setattr(Receiver, 'wait_for_last_read', lambda receiver, limit: (
+        limits.append(max(limit, 0.0)), wait(receiver, limit)))
     context.shutdown()
-    have_served = [receiver._has_served.is_set() for receiver in receivers]
     ends.set()
-    assert not any(have_served)
     assert len(limits) == 3 and sum(limits) <= 0.06
 
 
 def test_callback_that_ends_ros_does_not_wait_for_its_own_thread(
         receive, context, publish, monkeypatch):
-    waits = []
-
-    def end_ros(_):
-        monkeypatch.setattr(receiver._has_served, 'wait', waits.append)
-        context.shutdown()
-
-    receiver = receive(topic=end_ros)
+    monkeypatch.setattr('tf_tree_py.ros.threads.receiver.LAST_READ_S', 10.0 * PATIENCE_S)
+    receiver = receive(topic=lambda _: context.shutdown())
     publish('topic', 'x')
     receiver.thread.join(PATIENCE_S)
     assert not receiver.thread.is_alive()
-    assert waits == []
 
 
 def test_no_guard_condition_is_given_to_the_signal_thread_of_rclpy(node, listen, monkeypatch):

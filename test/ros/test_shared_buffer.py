@@ -12,7 +12,7 @@ from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from ros_helpers import LATEST, PATIENCE, SIM_TIME, transform, until
+from ros_helpers import LATEST, PATIENCE, SIM_TIME, simulated_seconds, transform, until
 from tf_tree_py import shared_buffer
 
 
@@ -60,9 +60,9 @@ def test_clocks_keep_nodes_apart_and_the_buffer_follows_its_node(make_node):
     simulated = make_node('simulated', **SIM_TIME)
     buffer = shared_buffer(simulated)
     assert shared_buffer(wall) is not buffer
-    until(buffer._is_simulated)
+    until(lambda: simulated_seconds(buffer) is not None)
     simulated.set_parameters([Parameter('use_sim_time', value=False)])
-    until(lambda: not buffer._is_simulated())
+    until(lambda: simulated_seconds(buffer) is None)
     assert shared_buffer(simulated) is buffer
 
 

@@ -53,7 +53,7 @@ _CatchUp = weakref.WeakMethod[Callable[[float], None]]
 
 # How long a lookup waits for the listener's thread, which needs far less unless the processor is
 # busy.
-_LONGEST_S = 0.05
+LONGEST_S = 0.05
 
 
 def tf2_text(error: TransformException) -> str:
@@ -235,7 +235,7 @@ class BufferCore(OurBuffer):
         for reference in list(self._spinning_threads.values()):
             catch_up = reference()
             if catch_up is not None:
-                catch_up(_LONGEST_S)
+                catch_up(LONGEST_S)
         return lookup(*question)
 
     def join_spinning_thread(self, node: Node, catch_up: _CatchUp, *,

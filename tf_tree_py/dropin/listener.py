@@ -36,7 +36,7 @@ from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos, TF_STATI
 
 from .buffer import BufferCore
 
-_UNTIL_SPUN_S = 1.0
+UNTIL_SPUN_S = 1.0
 _TO_END_S = 1.0
 
 
@@ -46,7 +46,7 @@ def spin_if_nobody_does(node: Node) -> threading.Timer:
 
     If the program later adds the node to an executor, that takes it over, by rclpy's rule.
     """
-    timer = threading.Timer(_UNTIL_SPUN_S, _spin, [weakref.ref(node)])
+    timer = threading.Timer(UNTIL_SPUN_S, _spin, [weakref.ref(node)])
     timer.daemon = True
     timer.start()
     return timer

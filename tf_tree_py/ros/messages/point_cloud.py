@@ -30,7 +30,7 @@ NORMAL = ('normal_x', 'normal_y', 'normal_z')
 _DATATYPES = {code: datatype for datatype, code in CODES.items()}
 
 # Points per block: all arrays of one block fit into the cache of a CPU core.
-_BLOCK = 8192
+BLOCK = 8192
 
 _cloud, _field = maker(PointCloud2), maker(PointField)
 
@@ -69,12 +69,12 @@ def transform_points(point_cloud: npt.ArrayLike, transform: Transform | Transfor
 def _apply(cloud: PointCloud2, names: Sequence[str], matrix: Array) -> None:
     """Replace (x, y, z) of three fields by the matrix (3, 4) times (x, y, z, 1), in place."""
     columns = float_columns(cloud, names)
-    given, moved = np.ones((4, _BLOCK)), np.empty((3, _BLOCK))
+    given, moved = np.ones((4, BLOCK)), np.empty((3, BLOCK))
     # No warnings where an infinity becomes NaN, or a number too large for float32 an infinity.
     with np.errstate(invalid='ignore', over='ignore'):
         for row in zip(*columns, strict=True):
-            for begin in range(0, len(row[0]), _BLOCK):
-                block = [column[begin:begin + _BLOCK] for column in row]
+            for begin in range(0, len(row[0]), BLOCK):
+                block = [column[begin:begin + BLOCK] for column in row]
                 count = len(block[0])
                 for number, values in enumerate(block):
                     given[number, :count] = values

@@ -29,7 +29,7 @@ from ..waiting.futures import TransformFuture
 # short. It should be short: whenever a goal changes, rclpy's server publishes the states of all
 # goals that it still keeps. With tf2's 10 s and several hundred lookups a second, that cuts the
 # rate to a third.
-_RESULT_TIMEOUT_S = 2
+RESULT_TIMEOUT_S = 2
 
 
 class BufferServer(Closable):
@@ -62,11 +62,11 @@ class BufferServer(Closable):
         # One group, so that a goal is not executed while it is being canceled.
         group = MutuallyExclusiveCallbackGroup()
         self._bell: GuardCondition | None = node.create_guard_condition(self._execute_ended, group)
-        self._server = _ClosableServer(
+        self._server = ClosableServer(
             node, LookupTransform, ns, self._answer, callback_group=group,
             handle_accepted_callback=self._accept, cancel_callback=self._cancel,
             goal_service_qos_profile=service_qos(), result_service_qos_profile=service_qos(),
-            cancel_service_qos_profile=service_qos(), result_timeout=_RESULT_TIMEOUT_S)
+            cancel_service_qos_profile=service_qos(), result_timeout=RESULT_TIMEOUT_S)
 
     def close(self) -> None:
         """Stop serving; waiting clients find that the server has disappeared."""
@@ -140,7 +140,7 @@ class BufferServer(Closable):
         return error_result(error, may_wait and error.blocked_on is not None)
 
 
-class _ClosableServer(ActionServer):
+class ClosableServer(ActionServer):
     """
     An action server that may be destroyed while an executor is using it.
 

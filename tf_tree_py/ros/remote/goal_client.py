@@ -38,13 +38,13 @@ from ..threads.responses import Responses
 GONE = InvalidHandle, RCLError
 
 # DDS discovers a server part by part: at first requests or responses may be lost.
-_DISCOVERY_S = 10.0
+DISCOVERY_S = 10.0
 # A request to a server that replaces another is sent again after this time without a response.
 _AGAIN_S = 0.5
 # A request to the first server, in parts of the time in which the server has to accept it. That
 # server was completely discovered by the client, so it is more likely slow than deaf: a hundred
 # clients that repeat their requests soon would make it slower still.
-_AGAIN_AT_FIRST = 0.5
+AGAIN_AT_FIRST = 0.5
 
 
 class ServerWatch:
@@ -99,9 +99,9 @@ class ServerWatch:
         :param acceptance_s: the seconds in which a server has to accept a request.
         """
         age_s = time.monotonic() - self._discovered_at
-        again_s = (_AGAIN_AT_FIRST * acceptance_s if self._is_first
+        again_s = (AGAIN_AT_FIRST * acceptance_s if self._is_first
                    else _AGAIN_S + age_s - silent_s)
-        return age_s < _DISCOVERY_S and silent_s >= again_s
+        return age_s < DISCOVERY_S and silent_s >= again_s
 
     def _find(self) -> frozenset[bytes]:
         """Return an identity of each server: that of its publisher of the goals' states."""
@@ -120,7 +120,7 @@ _GetResult = LookupTransform.Impl.GetResultService
 # goals that do not fit.
 _MAX_UNACCEPTED = 8
 # The longest wait at the end for the server to drop this client's requests.
-_FAREWELL_S = 1.0
+FAREWELL_S = 1.0
 
 
 class GoalClient:
@@ -267,7 +267,7 @@ class GoalClient:
         with self._lock:
             # A goal that is accepted only now is cancelled.
             self._progress.wait_for(
-                lambda: not self._goals.in_state(*UNACCEPTED) and not self._farewells, _FAREWELL_S)
+                lambda: not self._goals.in_state(*UNACCEPTED) and not self._farewells, FAREWELL_S)
 
     def _send_next(self) -> None:
         """Send the next goals, if a server is available and has room for them."""

@@ -172,13 +172,13 @@ class Goals:
 # --- one lookup
 
 # A server accepts a goal at once, no matter how long the lookup takes.
-_ACCEPTANCE_S = 10.0
+ACCEPTANCE_S = 10.0
 # A longer wait is sent in parts, so that a server forgets the goals of a client that died.
-_LEASE_S = 60.0
+LEASE_S = 60.0
 # The last part of a wait is at least as long as this.
 _LEAST_S = 0.001
 # A server that times out sooner than this would do so again.
-_QUICK_S = 0.1
+QUICK_S = 0.1
 
 
 class LookupCall(AwaitableFuture):
@@ -239,12 +239,12 @@ class LookupCall(AwaitableFuture):
         """Return whether an available server should have answered by now."""
         limit_s = self._lease_s
         if self.sent and not self.accepted:
-            limit_s = min(limit_s, _ACCEPTANCE_S)
+            limit_s = min(limit_s, ACCEPTANCE_S)
         return time.monotonic() >= self._sent_at + limit_s + self._padding_s
 
     def acceptance_s(self) -> float:
         """Return in how many seconds a server has to accept a request, without the padding."""
-        return min(self._timeout_s, _ACCEPTANCE_S)
+        return min(self._timeout_s, ACCEPTANCE_S)
 
     def goal(self) -> LookupTransform.Goal:
         """Return the goal to send now, under a new ``goal_id``."""
@@ -252,7 +252,7 @@ class LookupCall(AwaitableFuture):
         self._sent_at = time.monotonic()
         # Without a timeout a server returns the missing data as the reason, and not the timeout.
         left_s = max(self.left_s(), min(self._timeout_s, _LEAST_S))
-        self._lease_s = min(left_s, _LEASE_S)
+        self._lease_s = min(left_s, LEASE_S)
         self._is_part = self._lease_s < left_s
         self._goal.timeout = Duration(nanoseconds=from_seconds(self._lease_s)).to_msg()
         return self._goal
@@ -279,7 +279,7 @@ class LookupCall(AwaitableFuture):
         """Return whether the server timed out because the request was for a part of the time."""
         # The server uses its own clock, which may be simulated and fast.
         took_s = time.monotonic() - self._sent_at
-        return self._is_part and took_s >= min(self._lease_s, _QUICK_S)
+        return self._is_part and took_s >= min(self._lease_s, QUICK_S)
 
     def _is_in_time(self) -> bool:
         return time.monotonic() < self._begin + self._timeout_s + self._padding_s

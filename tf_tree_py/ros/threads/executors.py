@@ -25,11 +25,11 @@ import rclpy.logging
 def takes_calls(executor: object) -> bool:
     """Return whether another thread may call an executor, to wake it or to give it a task."""
     kind = getattr(rclpy_implementation, 'EventsExecutor', None)
-    return kind is None or not isinstance(executor, kind) or not _has_broken_queue()
+    return kind is None or not isinstance(executor, kind) or not has_broken_queue()
 
 
 @cache
-def _has_broken_queue() -> bool:
+def has_broken_queue() -> bool:
     """Return whether this build of rclpy has the fault; log it once."""
     try:
         code = Path(rclpy_implementation.__file__).read_bytes()

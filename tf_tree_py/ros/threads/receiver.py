@@ -66,7 +66,7 @@ _RESTS = 25
 _PATIENCE_S = 10.0
 
 # The longest time for which the shutdown of a context waits until all its threads stop reading.
-_LAST_READ_S = 1.0
+LAST_READ_S = 1.0
 
 # A flood on one topic must not starve the others. Other threads get no turn between two messages,
 # although a control loop would then wake less late: a thread that computes would keep each turn
@@ -365,7 +365,7 @@ def _stop_with(context: Context) -> None:
         receivers = [receiver for receiver in list(_running) if receiver.context is context]
         for receiver in receivers:
             receiver.stop()
-        end = time.monotonic() + _LAST_READ_S
+        end = time.monotonic() + LAST_READ_S
         for receiver in receivers:
             receiver.wait_for_last_read(end - time.monotonic())
 

@@ -30,7 +30,7 @@ _RETRY_S = 0.05
 # Messages of a publisher and the news that it has left arrive in any order, within this time.
 _SETTLED_S = 1.0
 # After a crash a node stays in the graph for 20 s, the lease of Fast DDS.
-_LEASE_S = 25.0
+LEASE_S = 25.0
 # The graph's name of an endpoint before its node has announced itself.
 _UNNAMED = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
 _TYPE = 'tf2_msgs/msg/TFMessage'
@@ -251,7 +251,7 @@ class DuplicatePublishers:
 
     def settled(self) -> list[Incident]:
         """Return incidents of static edges whose publishers are both known to live; call often."""
-        if not self._suspected or time.monotonic() < self._suspected_at + _LEASE_S:
+        if not self._suspected or time.monotonic() < self._suspected_at + LEASE_S:
             return []
         return self._judged(self._suspected)
 

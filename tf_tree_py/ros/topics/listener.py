@@ -43,7 +43,7 @@ NAME = 'transform_listener_impl'
 """The name of the small nodes of listeners, without its hidden prefix and random digits."""
 # Reading a layout for the first time, and adding its frames, takes some 20 us a transform. Larger
 # messages than the first number of bytes are read in steps; up to the second number may wait.
-_LARGE_BYTES, _MOST_WAITING_BYTES = 100_000, 16_000_000
+_LARGE_BYTES, MOST_WAITING_BYTES = 100_000, 16_000_000
 
 
 class TransformListener(Closable):
@@ -108,9 +108,9 @@ class TransformListener(Closable):
         buffer.feeds.log_to(node.get_logger())
         # Static transforms have no stamps, so they must stay in order; an executor of the user
         # has no time between messages.
-        backlog = Backlog(_MOST_WAITING_BYTES)
-        self._feeds = [_Feed(buffer, self._home, topic, static, profile, names, self._spinner,
-                             backlog if spin_thread and not static else None)
+        backlog = Backlog(MOST_WAITING_BYTES)
+        self._feeds = [Feed(buffer, self._home, topic, static, profile, names, self._spinner,
+                            backlog if spin_thread and not static else None)
                        for topic, static, profile in resolved]
         clock = ClockSource(self._home.get_clock(), node.context,
                             functools.partial(clock_publishers, self._home))
@@ -171,7 +171,7 @@ class TransformListener(Closable):
             receiver.wake()
 
 
-def _every_second(buffer: Buffer, feeds: 'list[_Feed]') -> None:
+def _every_second(buffer: Buffer, feeds: 'list[Feed]') -> None:
     """Log what is known only some time after a message, and tidy; keeps no listener alive."""
     for feed in feeds:
         feed.report_settled()
@@ -180,7 +180,7 @@ def _every_second(buffer: Buffer, feeds: 'list[_Feed]') -> None:
     buffer.feeds.log.write_counts()
 
 
-class _Feed:
+class Feed:
     """Stores the messages of one topic in the buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool, qos: QoSProfile | int,
