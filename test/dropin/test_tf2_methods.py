@@ -16,15 +16,32 @@ import tf_tree_py
 from tf_tree_py import InvalidArgumentException, Pose, TransformException
 from tf_tree_py.dropin.buffer import Buffer
 
+
+def chain(buffer, time, *, target='map', source='base', fixed='map'):
+    return buffer._chain(target, time, source, time, fixed)
+
+
+def dot(buffer, time=None):
+    return buffer._allFramesAsDot(time)
+
+
+def knows(buffer, frame):
+    return buffer._frameExists(frame)
+
+
+def frames(buffer):
+    return buffer._getFrameStrings()
+
+
 METHODS = {
     'lookupVelocityCore': lambda buffer, time: buffer.lookupVelocityCore(
         'map', 'base', time, lasting(0.1)),
     'lookupVelocityFullCore': lambda buffer, time: buffer.lookupVelocityFullCore(
         'map', 'base', 'base', (1.0, 2.0, 3.0), 'map', time, lasting(0.1)),
-    '_chain': lambda buffer, time: buffer._chain('map', time, 'base', time, 'map'),
-    '_allFramesAsDot': lambda buffer, time: buffer._allFramesAsDot(time),
-    '_frameExists': lambda buffer, time: buffer._frameExists('map'),
-    '_getFrameStrings': lambda buffer, time: buffer._getFrameStrings(),
+    '_chain': chain,
+    '_allFramesAsDot': dot,
+    '_frameExists': lambda buffer, time: knows(buffer, 'map'),
+    '_getFrameStrings': lambda buffer, time: frames(buffer),
 }
 
 
@@ -35,22 +52,22 @@ def buffer():
 
 def test_chain_goes_over_the_fixed_frame(buffer):
     at = Time(seconds=2)
-    assert buffer._chain('lamp', at, 'arm', at, 'map') == [
-        'arm', 'base', 'odom', 'map', 'odom', 'lamp']
-    assert buffer._chain('lamp', at, 'arm', at, 'lamp') == ['arm', 'base', 'odom', 'lamp']
+    for fixed, between in (('map', ['odom', 'map', 'odom']), ('lamp', ['odom'])):
+        assert chain(buffer, at, target='lamp', source='arm', fixed=fixed) == [
+            'arm', 'base', *between, 'lamp']
 
 
 def test_frames_are_told_apart_from_names_nobody_knows(buffer):
-    assert buffer._frameExists('lamp')
-    assert not buffer._frameExists('nowhere')
-    assert buffer._getFrameStrings() == ['odom', 'map', 'base', 'arm', 'lamp']
+    assert knows(buffer, 'lamp')
+    assert not knows(buffer, 'nowhere')
+    assert frames(buffer) == ['odom', 'map', 'base', 'arm', 'lamp']
 
 
 def test_graph_has_an_arrow_for_each_edge(buffer):
-    dot = buffer._allFramesAsDot()
-    assert dot.startswith('digraph G {') and dot.endswith('}\n')
-    assert '"odom" -> "lamp" [label="Broadcaster: test\\nAverage rate: 1.000 Hz' in dot
-    assert dot.count('->') == 4
+    graph = dot(buffer)
+    assert graph.startswith('digraph G {') and graph.endswith('}\n')
+    assert '"odom" -> "lamp" [label="Broadcaster: test\\nAverage rate: 1.000 Hz' in graph
+    assert graph.count('->') == 4
 
 
 @pytest.mark.parametrize('name', METHODS)
