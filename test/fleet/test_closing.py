@@ -156,11 +156,15 @@ def test_closing_while_the_first_connection_hangs(router, begin, thread):
     until(lambda: not still_open(thread))
 
 
+def until_connected(end):
+    until(lambda: end._link._session)
+
+
 @ENDS
 def test_closing_while_the_router_hangs_on_its_return(router, begin, thread):
     end = begin(router.endpoint)
     until(lambda: connections_to(router.endpoint))
-    until(lambda: end._link._session)
+    until_connected(end)
     router.kill()
     # Like a router that hangs before it can accept the connection.
     with socket.create_server(('127.0.0.1', port_of(router.endpoint))):
@@ -175,7 +179,7 @@ def test_closing_while_the_router_hangs_on_its_return(router, begin, thread):
 def test_closing_while_the_router_is_away_or_hangs(router, begin, thread):
     for stop in (router.hang, router.kill):
         end = begin(router.endpoint)
-        until(lambda end=end: end._link._session)
+        until_connected(end)
         stop()
         end.close()
         router.kill()
@@ -241,7 +245,7 @@ def test_closing_while_another_thread_waits_for_a_router_that_hangs(router, what
 
 def test_heartbeats_do_not_wait_for_a_router_that_hangs(router, monkeypatch):
     """Zenoh sends either those that wait and are not repeated, or those that are repeated."""
-    monkeypatch.setattr(robot_publisher, '_HEARTBEAT_S', 0.05)
+    monkeypatch.setattr(robot_publisher, 'HEARTBEAT_S', 0.05)
     with session_at(router.endpoint) as session, RobotPublisher(session, 'robot7') as robot:
         beats = session.declare_subscriber('robot7/tf/@adv/pub/**')
         robot.send(message(('map', 'base', 1)))

@@ -80,7 +80,7 @@ def test_history_beyond_a_channel_does_not_stop_a_late_listener(
                 allowed_origin=Locality.SESSION_LOCAL):
             return declare(session, key, *arguments, **options)
 
-    monkeypatch.setattr(connection, '_WAITING', 1)
+    monkeypatch.setattr(connection, 'WAITING', 1)
     monkeypatch.setattr(ext, 'declare_advanced_subscriber', declare_slowly)
     with session.declare_queryable(f'{hall}/echo', handlers.Callback(
             lambda query: query.reply(query.key_expr, b''), indirect=False)):
@@ -101,7 +101,7 @@ def test_program_that_ends_while_the_past_arrives_can_close_the_listener(
             raise RuntimeError("can't create new thread at interpreter shutdown")
         begin(self, handler, take, what)
 
-    monkeypatch.setattr(connection, '_WAITING', 1)
+    monkeypatch.setattr(connection, 'WAITING', 1)
     monkeypatch.setattr(connection.WorkerThreads, 'take_all', take_all)
     listener = listen(cache_time=UNLIMITED)
     until(lambda: 'cannot receive' in caplog.text)
@@ -171,7 +171,7 @@ def test_only_robots_that_are_meant_are_heard(listen, robot, session, hall):
 
 
 def test_a_robot_with_a_slow_clock_has_a_rate_and_a_lag(listen, robot, session, hall, monkeypatch):
-    monkeypatch.setattr(roster, '_CATCH_UP', 0)
+    monkeypatch.setattr(roster, 'CATCH_UP', 0)
     listener = listen()
 
     def send():

@@ -81,13 +81,17 @@ def test_flood_of_robots_that_nobody_has(listen, robot, session, hall, caplog, c
     assert OTHERS in lines(caplog, INCIDENTS)[-1]
 
 
+def logs_of(listener):
+    return listener._logs
+
+
 def test_robots_that_are_ignored(listen, robot, session, hall, caplog, clock):
     listener, first = listen('**'), robot('robot7')
     send_first(listener, first, message(('map', 'base', 1)))
     for number in range(200):
         session.put(f'{hall}/robot7/arm{number}/tf', message(('map', 'base', 1)))
     settle(listener, first, 2)
-    count = 11 + omitted(listener._logs.warnings)
+    count = 11 + omitted(logs_of(listener).warnings)
     assert count > 50
     assert len(lines(caplog, 'tf_tree_py.fleet')) == 11
     assert all('is ignored' in line for line in lines(caplog, 'tf_tree_py.fleet'))
@@ -123,7 +127,7 @@ def test_callback_that_raises_for_each_robot(listen, session, hall, caplog, cloc
         until(lambda number=number: session.put(
             f'{hall}/robot{number}/tf', message(('map', 'base', 1))) or robot_of(
                 listener, f'robot{number}'))
-    until(lambda: omitted(listener._logs.failures) == robots - 11)
+    until(lambda: omitted(logs_of(listener).failures) == robots - 11)
     records = [one for one in caplog.records if one.name == 'tf_tree_py.fleet']
     assert len(records) == 11 and {one.levelno for one in records} == {logging.ERROR}
     assert 'ValueError: cannot take robot0' in records[0].getMessage()

@@ -201,17 +201,25 @@ def gap_of(robot, number):
 
 
 def test_requests_of_a_robot_and_of_all_are_limited(monkeypatch):
-    monkeypatch.setattr(requesting, '_MOST_OF_ONE', 10)
-    monkeypatch.setattr(requesting, '_MOST_OF_ALL', 100)
-    requests = Requests(None)
+    monkeypatch.setattr(requesting, 'MOST_OF_ONE', 10)
+    monkeypatch.setattr(requesting, 'MOST_OF_ALL', 100)
+    monkeypatch.setattr(requesting, 'MOST_TRIES', 1)
+    asked, kept = [], []
+    session = SimpleNamespace(get=lambda selector, *_, **__: asked.append(selector) or ())
+    requests = Requests(session)
     for robot in range(200):
         for number in range(20):
             requests.add(gap_of(f'robot{robot}', 10 * number))
-    kept = requests._waiting
-    assert len(kept) == 200 and sum(map(len, kept.values())) < 100 * 6
-    # The oldest are dropped.
-    assert [one._numbers.start for one in kept['robot0'].values()] == list(range(100, 200, 10))
-    assert [one._numbers.start for one in kept['robot199'].values()] == [190]
+        # The oldest are dropped.
+        most = max(1, min(10, 100 // (robot + 1)))
+        kept += [gap_of(f'robot{robot}', 10 * number).selector for number in range(20)[-most:]]
+    assert 300 < len(kept) < 600
+    thread = threading.Thread(target=requests.work)
+    thread.start()
+    until(lambda: len(asked) == len(kept))
+    requests.close()
+    thread.join()
+    assert sorted(asked) == sorted(kept)
 
 
 class Wanted:
@@ -227,8 +235,8 @@ class Wanted:
 @pytest.fixture
 def requests(session, monkeypatch):
     """Return the queue, and its thread at work."""
-    monkeypatch.setattr(requesting, '_ANSWER_S', 0.05)
-    monkeypatch.setattr(requesting, '_PAUSE_S', 0.05)
+    monkeypatch.setattr(requesting, 'ANSWER_S', 0.05)
+    monkeypatch.setattr(requesting, 'PAUSE_S', 0.05)
     requests = Requests(session)
     thread = threading.Thread(target=requests.work)
     thread.start()
@@ -257,18 +265,19 @@ def test_request_that_is_never_answered_is_given_up_until_its_robot_returns(
         requests, session, hall):
     asked = []
     queryable = session.declare_queryable(f'{hall}/never', asked.append)
-    requests.add(Wanted('robot7', f'{hall}/never'))
-    until(lambda: requests._unanswered)
-    assert len(asked) == requesting._MOST_TRIES
+    never = Wanted('robot7', f'{hall}/never')
+    requests.add(never)
+    until(lambda: never.tries == requesting.MOST_TRIES)
+    assert len(asked) == requesting.MOST_TRIES
     requests.repeat('robot7')
-    until(lambda: len(asked) == 2 * requesting._MOST_TRIES and requests._unanswered)
+    until(lambda: len(asked) == 2 * requesting.MOST_TRIES == 2 * never.tries)
     queryable.undeclare()
     asked.clear()
 
 
 def test_request_that_nobody_has_received_yet_is_repeated(requests, session, hall, monkeypatch):
     """A robot's token may arrive before its declarations, without which it gets no request."""
-    monkeypatch.setattr(requesting, '_MOST_TRIES', 10**9)
+    monkeypatch.setattr(requesting, 'MOST_TRIES', 10**9)
     early = Wanted('robot7', f'{hall}/early')
     requests.add(early)
     until(lambda: early.tries)
@@ -281,8 +290,7 @@ def test_request_that_nobody_has_received_yet_is_repeated(requests, session, hal
 def test_request_to_a_robot_that_is_away_waits_for_its_return(requests, session, hall):
     away = Wanted('robot7', f'{hall}/away')
     requests.add(away)
-    until(lambda: away.tries == requesting._MOST_TRIES)
-    until(lambda: requests._unanswered)
+    until(lambda: away.tries == requesting.MOST_TRIES)
     queryable = session.declare_queryable(away.selector, lambda query: query.reply(
         away.selector, b''))
     requests.repeat('robot8')

@@ -143,7 +143,7 @@ def test_robot_of_a_site_leaves_names_to_the_other_robots_of_the_site():
 
 
 def test_all_robots_together_are_limited(monkeypatch):
-    monkeypatch.setattr(names, '_MOST', 3)
+    monkeypatch.setattr(names, 'MOST_NAMES', 3)
     known = Names(True, 100)
     assert [known.admit(f'r{number}')[0] for number in range(5)] == [True] * 3 + [False] * 2
     assert known.refused == 2

@@ -148,8 +148,8 @@ def decoder_of(quota, buffer):
 
 
 def test_layouts_of_a_robot_and_of_all_are_limited(monkeypatch):
-    monkeypatch.setattr(transform_decoder, '_LAYOUTS_OF_ONE', 100_000)
-    monkeypatch.setattr(transform_decoder, '_LAYOUTS_OF_ALL', 500_000)
+    monkeypatch.setattr(transform_decoder, 'LAYOUTS_OF_ONE', 100_000)
+    monkeypatch.setattr(transform_decoder, 'LAYOUTS_OF_ALL', 500_000)
     decoder = decoder_of(RobotQuota(frames=10), BufferCore())
     for robot in range(20):
         # The layouts of every robot take 180 kB if all are stored.

@@ -46,7 +46,7 @@ def noticed(monkeypatch):
 def test_a_router_that_comes_back_finds_everything_as_it_was(
         router, noticed, monkeypatch, caplog):
     # However long a busy machine needs for the stored messages.
-    monkeypatch.setattr(roster, '_CATCH_UP', int(PATIENCE_S * SECOND))
+    monkeypatch.setattr(roster, 'CATCH_UP', int(PATIENCE_S * SECOND))
     visits = Visits()
     with session_at(router.endpoint) as session, \
             RobotPublisher(session, 'robot7', history=5) as robot, \

@@ -44,7 +44,7 @@ _One = TypeVar('_One')
 
 # This many samples may wait for the thread that sorts them. Beyond that Zenoh waits, too, and the
 # router of the sender drops messages.
-_WAITING = 200
+WAITING = 200
 # This many are taken at once: each wait releases the interpreter, and other threads may hold it
 # for long.
 _AT_ONCE = 100
@@ -91,7 +91,7 @@ class WorkerThreads:
 
     def channel(self) -> Any:
         """Return a handler for a declaration, from which samples are taken."""
-        return self._new_channel(_WAITING)
+        return self._new_channel(WAITING)
 
     def take_all(self, handler: 'zenoh.handlers.Handler[_One]', take: Callable[[_One], object],
                  what: str) -> None:

@@ -57,7 +57,7 @@ def look_of(name: str) -> str:
 # --- the names of a fleet
 
 # A client that may write any key can invent robots. No more than these are kept.
-_MOST = 10_000
+MOST_NAMES = 10_000
 
 
 class Report(NamedTuple):
@@ -124,8 +124,8 @@ class Names:
             f'the robot {_shown(name)} is ignored: {why}')) if why else None
 
     def _fault(self, name: str, above: Sequence[str]) -> str:
-        if len(self._names) >= _MOST:
-            return f'there are {_MOST} robots already'
+        if len(self._names) >= MOST_NAMES:
+            return f'there are {MOST_NAMES} robots already'
         if self._apart and (name in self._below or any(one in self._names for one in above)):
             return 'its frames would mix with those of another robot'
         return deception_in(name)

@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     import zenoh
 
 # The time limit of a response.
-_ANSWER_S = 2.0
+ANSWER_S = 2.0
 # The maximum number of requests of one robot in the queue; and about that of all robots together:
 # among n robots, each may have an n-th of it, but at least one. The oldest ones are dropped.
-_MOST_OF_ONE, _MOST_OF_ALL = 100, 10_000
+MOST_OF_ONE, MOST_OF_ALL = 100, 10_000
 # How often in a row a request is sent that is not answered; and the pause before it is sent again
 # if no robot has received it. The token of a robot that returns may arrive before its
 # declarations, without which it receives no request.
-_MOST_TRIES, _PAUSE_S = 5, 1.0
+MOST_TRIES, PAUSE_S = 5, 1.0
 # The maximum number of responses to one request in the queue; one publisher has few.
 _ANSWERS = 16
 
@@ -147,7 +147,7 @@ class Requests:
         self._pause_ends = math.inf
         for robot, requests in list(self._unanswered.items()):
             for selector, request in list(requests.items()):
-                if request.tries < _MOST_TRIES:
+                if request.tries < MOST_TRIES:
                     _put(self._waiting, requests.pop(selector))
             if not requests:
                 del self._unanswered[robot]
@@ -170,10 +170,10 @@ class Requests:
                     has_begun = request.selector != selector
                     request.tries = 0 if has_begun else request.tries + 1
                     again = (has_begun or self._returns > before
-                             or is_slow and request.tries < _MOST_TRIES)
+                             or is_slow and request.tries < MOST_TRIES)
                     _put(self._waiting if again else self._unanswered, request)
-                    if not again and request.tries < _MOST_TRIES:
-                        self._pause_ends = min(self._pause_ends, time.monotonic() + _PAUSE_S)
+                    if not again and request.tries < MOST_TRIES:
+                        self._pause_ends = min(self._pause_ends, time.monotonic() + PAUSE_S)
 
     def _next(self) -> Request | None:
         with self._changed:
@@ -197,7 +197,7 @@ class Requests:
         """Send a request, and take the answer; return whether there is a robot that was slow."""
         zenoh = needs_zenoh()
         replies = self._session.get(
-            request.selector, zenoh.handlers.FifoChannel(_ANSWERS), timeout=_ANSWER_S,
+            request.selector, zenoh.handlers.FifoChannel(_ANSWERS), timeout=ANSWER_S,
             accept_replies=zenoh.ReplyKeyExpr.ANY, consolidation=zenoh.ConsolidationMode.NONE)
         is_slow = False
         for reply in replies:
@@ -211,5 +211,5 @@ class Requests:
 def _put(requests: dict[str, dict[str, Request]], request: Request) -> None:
     of_robot = requests.setdefault(request.robot, {})
     of_robot[request.selector] = request
-    if len(of_robot) > max(1, min(_MOST_OF_ONE, _MOST_OF_ALL // len(requests))):
+    if len(of_robot) > max(1, min(MOST_OF_ONE, MOST_OF_ALL // len(requests))):
         del of_robot[next(iter(of_robot))]

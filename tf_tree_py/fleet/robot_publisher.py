@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # How often a publisher sends the number of its last message, so that losses are detected. Zenoh's
 # sporadic heartbeat would wait for a router that hangs, and Zenoh would hold Python's lock, and so
 # stop the whole process, while a publisher is undeclared meanwhile.
-_HEARTBEAT_S = 1.0
+HEARTBEAT_S = 1.0
 DEFAULT_HISTORY = 200
 """The number of messages of moving frames that are kept: 10 s at 20 Hz."""
 
@@ -100,7 +100,7 @@ class _Sender:
             session, key, congestion_control=congestion, reliability=zenoh.Reliability.RELIABLE,
             cache=ext.CacheConfig(max_samples=history), publisher_detection=True,
             sample_miss_detection=ext.MissDetectionConfig(
-                heartbeat=_HEARTBEAT_S, sporadic_heartbeat=None))
+                heartbeat=HEARTBEAT_S, sporadic_heartbeat=None))
         # Zenoh raises an error if a publisher is undeclared while another thread sends with it.
         self._lock = threading.Lock()
 

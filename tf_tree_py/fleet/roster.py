@@ -127,7 +127,7 @@ _LATELY = 64
 _MAX_SOURCES = 100
 _MAX_MISSED = 1_000
 # The longest time until all stored messages of a robot have arrived.
-_CATCH_UP = from_seconds(5.0)
+CATCH_UP = from_seconds(5.0)
 
 Source = tuple[str, int]
 """The source of a message: a session of Zenoh, and a publisher in it."""
@@ -306,7 +306,7 @@ class Roster:
             account = self._accounts[robot]
             if account.away is not None and sent > account.away:
                 account.come_back()
-            return sent < account.back and time.time_ns() < account.back + _CATCH_UP
+            return sent < account.back and time.time_ns() < account.back + CATCH_UP
 
     def refusal(self, robot: str, size: int) -> str:
         """Record a message of so many bytes; return which limit it exceeds, or ''."""

@@ -154,7 +154,7 @@ class Inbox:
 
 # Bytes that the layouts of one robot's moving messages may take, and those of its static ones; and
 # those of all robots together.
-_LAYOUTS_OF_ONE, _LAYOUTS_OF_ALL = 2_000_000, 64_000_000
+LAYOUTS_OF_ONE, LAYOUTS_OF_ALL = 2_000_000, 64_000_000
 _NOTHING = Batch((), (), ())
 
 
@@ -223,12 +223,12 @@ class TransformDecoder:
         reader = self._readers.get(key)
         if reader is None:
             reader = self._readers[key] = WireReader(
-                rename, most=_LAYOUTS_OF_ONE, static=message.static)
+                rename, most=LAYOUTS_OF_ONE, static=message.static)
         self._readers.move_to_end(key)
         before = reader.remembered
         batch = reader.read_or_refuse(message.data, robot)
         self._remembered += reader.remembered - before
-        while self._remembered > _LAYOUTS_OF_ALL:
+        while self._remembered > LAYOUTS_OF_ALL:
             self._remembered -= self._readers.popitem(last=False)[1].remembered
         return batch
 
