@@ -12,7 +12,7 @@ DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {'edge_switch': 'sources.md', 'relocalisation_anchor': 'corrections.md'}
 SETTINGS = {
     'edge_switch': (
-        edge_switch.SOURCES, *edge_switch.SETTINGS, *edge_switch._settings_of(['NAME'])),
+        edge_switch.SOURCES, *edge_switch.SETTINGS, *edge_switch.settings_of(['NAME'])),
     'relocalisation_anchor': relocalisation_anchor.SETTINGS,
 }
 

@@ -200,11 +200,15 @@ def test_name_that_is_refused_is_the_error(context):
         ClosingNode('two words', context=context)
 
 
+def buffer_of(node):
+    return node._buffer
+
+
 def test_clock_that_goes_back_begins_another_run(context, robot):
     clock = SimClock(robot.node)
     with switching(context, robot, use_sim_time=True, over=100.0) as node:
         for begin in (100, 50):
-            clock.show(float(begin), node._buffer)
+            clock.show(float(begin), buffer_of(node))
             for stamp in range(begin * SECOND, begin * SECOND + 100 * MS, STEP):
                 robot.say('wheel', stamp)
                 robot.say('vo', stamp)
@@ -229,7 +233,7 @@ def test_messages_of_other_types_are_taken(context, robot):
         message = PoseStamped(pose=pose_message(Pose(x=2.0)))
         message.header.frame_id, message.header.stamp = 'odom', time_message(robot.stamp)
         robot.said['b'].publish(message)
-        until(lambda: len(node._buffer.sources_of('base_link')) == 2)
+        until(lambda: len(buffer_of(node).sources_of('base_link')) == 2)
     assert [(sample.parent, sample.child, sample.pose[0]) for sample in robot.heard] == [
         ('odom', 'base_link', 1.0)]
 

@@ -27,7 +27,7 @@ def published(monkeypatch):
     """Return a function with a command line's transforms, and whether its form is the old one."""
     def published(*arguments):
         jobs = []
-        monkeypatch.setattr(static_transform_publisher, '_work',
+        monkeypatch.setattr(static_transform_publisher, 'work',
                             lambda _, transforms, old_form: jobs.append((transforms, old_form)))
         monkeypatch.setattr(static_transform_publisher, 'run', lambda name, argv, work: work(None))
         main(['static_transform_publisher', *arguments])

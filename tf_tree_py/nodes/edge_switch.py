@@ -78,7 +78,7 @@ class EdgeSwitch(ClosingNode):
         """
         super().__init__(NAME, **node_options)
         self._names = _checked_names(given(self, SOURCES))
-        values = self._values = declare(self, (SOURCES, *SETTINGS, *_settings_of(self._names)))
+        values = self._values = declare(self, (SOURCES, *SETTINGS, *settings_of(self._names)))
         self._parent, self._child = (
             frame_of(values, key) for key in ('parent_frame', 'child_frame'))
         self._limits = limits_of(values)._asdict()
@@ -194,7 +194,7 @@ class EdgeSwitch(ClosingNode):
                        for stamp, pose in zip(stamps.tolist(), poses.tolist(), strict=True)])
 
 
-def _settings_of(names: Sequence[str]) -> list[Setting]:
+def settings_of(names: Sequence[str]) -> list[Setting]:
     """Return the parameters that each source has."""
     return [setting for name in names for setting in (
         Setting(f'{name}.topic', f'{name}/odom', 'the topic of this source'),
@@ -216,7 +216,7 @@ def _checked_order(prefer: list[str], names: list[str]) -> list[str]:
     return prefer
 
 
-main = main_of(NAME, _DESCRIPTION, (SOURCES, *SETTINGS, *_settings_of(['NAME'])), EdgeSwitch)
+main = main_of(NAME, _DESCRIPTION, (SOURCES, *SETTINGS, *settings_of(['NAME'])), EdgeSwitch)
 
 
 if __name__ == '__main__':

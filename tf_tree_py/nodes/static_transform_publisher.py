@@ -119,10 +119,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         transforms = [from_words(words)] if path is None else from_yaml(path)
     except BadInput as error:
         parser.error(str(error))
-    return run(NAME, argv, lambda ended: _work(ended, transforms, bool(positional)))
+    return run(NAME, argv, lambda ended: work(ended, transforms, bool(positional)))
 
 
-def _work(ended: Future, transforms: Sequence[StaticTransform], old_form: bool) -> None:
+def work(ended: Future, transforms: Sequence[StaticTransform], old_form: bool) -> None:
+    """Publish transforms until a future is done."""
     node = StaticTransformPublisher(transforms)
     if old_form:
         node.get_logger().warning(_OLD_FORM_WARNING)
