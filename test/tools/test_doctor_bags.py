@@ -71,8 +71,8 @@ def test_fault_is_found_and_nothing_else(code, tmp_path):
     'duplicate_stamps', 'out_of_order', 'pose_jump'])
 def test_it_makes_no_difference_when_messages_are_looked_at(code, tmp_path, monkeypatch):
     """A fault across the border between two blocks is also detected."""
-    monkeypatch.setattr(sample_rows, '_ENOUGH', 40)
-    monkeypatch.setattr(sample_rows, '_OF_EACH', 1)
+    monkeypatch.setattr(sample_rows, 'ENOUGH', 40)
+    monkeypatch.setattr(sample_rows, 'OF_EACH', 1)
     found = worth_reporting(findings_of(FAULTY[code], tmp_path / 'blocks'))
     monkeypatch.undo()
     assert list(found) == [code]

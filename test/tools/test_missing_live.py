@@ -164,11 +164,11 @@ def test_frames_names_the_other_topic_below_the_separate_trees(robot):
 def test_silence_is_explained_by_what_the_graph_shows(robot, monkeypatch):
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from tf2_msgs.msg import TFMessage
-    monkeypatch.setattr(live_tree, '_SETTLED_S', PATIENCE_S)
+    monkeypatch.setattr(live_tree, 'SETTLED_S', PATIENCE_S)
     doctor = Doctor()
     with live(doctor) as source:
         assert 'does any node publish there with the same ROS_DOMAIN_ID, which is' in source.hint
-        monkeypatch.setattr(live_tree, '_SETTLED_S', 0.0)
+        monkeypatch.setattr(live_tree, 'SETTLED_S', 0.0)
         assert source.hint.startswith('no node publishes tf2_msgs/msg/TFMessage on any topic.')
         robot.sender(robot.node('wheels'), '/tf', 'odom', 'base_link')
         until(lambda: source.hint == '/wheels publishes there, but nothing has arrived')
@@ -181,7 +181,7 @@ def test_silence_is_explained_by_what_the_graph_shows(robot, monkeypatch):
 # --- simulated time
 
 def test_doctor_names_the_nodes_that_lack_a_clock(robot, monkeypatch):
-    monkeypatch.setattr(live_tree, '_SETTLED_S', PATIENCE_S)
+    monkeypatch.setattr(live_tree, 'SETTLED_S', PATIENCE_S)
     robot.node('planner', simulated=True)
     doctor = Doctor()
     with live(doctor) as source:
@@ -189,7 +189,7 @@ def test_doctor_names_the_nodes_that_lack_a_clock(robot, monkeypatch):
         robot.sender(robot.node('mounts'), '/tf_static', 'base_link', 'lidar', static=True)()
         until(lambda: doctor.transforms)
         assert codes(source, doctor) == set(), 'a publisher may still appear'
-        monkeypatch.setattr(live_tree, '_SETTLED_S', 0.0)
+        monkeypatch.setattr(live_tree, 'SETTLED_S', 0.0)
         finding, = judged(source, doctor)[1]
         assert (finding.code, finding.severity.value) == ('no_clock', 'warning')
         assert finding.publishers == ('/planner',)
@@ -203,7 +203,7 @@ def test_doctor_names_the_nodes_that_lack_a_clock(robot, monkeypatch):
 
 
 def test_own_simulated_time_without_a_clock_is_an_error_also_without_transforms(monkeypatch):
-    monkeypatch.setattr(live_tree, '_SETTLED_S', 0.0)
+    monkeypatch.setattr(live_tree, 'SETTLED_S', 0.0)
     doctor = Doctor()
     with live(doctor, '-p', 'use_sim_time:=true') as source:
         report, (finding,) = judged(source, doctor)

@@ -18,11 +18,10 @@ from deadly import Deadly
 from patients import FAULTY, HEALTHY
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core import Pose
 from tf_tree_py.tools.archive.jobs import BagPath, bags_in, done, Ledger
 from tf_tree_py.tools.archive.running import client_of, results
-from tf_tree_py.tools.tf_archive import _work
+from tool_helpers import tool
 
 pytest.importorskip('distributed')
 dask = pytest.importorskip('dask')
@@ -79,9 +78,10 @@ def rows_of(folder):
             for row in json.loads((folder / 'table.json').read_text())['rows']}
 
 
-def test_every_bag_costs_its_own_row_the_worst_first(archive, scheduler, tmp_path, capsys):
+def test_every_bag_costs_its_own_row_the_worst_first(archive, scheduler, tmp_path):
     out = tmp_path / 'report'
-    assert _work(['report', f'{archive}/**', '-o', str(out), *scheduler]) == 1
+    done = tool('tf_archive', 'report', f'{archive}/**', '-o', out, *scheduler)
+    assert done.returncode == 1
     rows = rows_of(out)
     assert {name: row['outcome'] for name, row in rows.items()} == {
         'junk.mcap': 'broken', 'error': 'error', 'cut.mcap': 'warning', 'alone.mcap': 'fine',
@@ -89,7 +89,7 @@ def test_every_bag_costs_its_own_row_the_worst_first(archive, scheduler, tmp_pat
     assert list(rows)[:3] == ['junk.mcap', 'error', 'cut.mcap']
     assert 'cannot be read as a bag' in rows['junk.mcap']['reason']
     assert rows['error']['errors'] == 1 and rows['error']['codes'].split()[0] == 'two_parents'
-    assert '5 bags: 1 broken, 1 error, 1 warning, 2 fine' in capsys.readouterr().out
+    assert '5 bags: 1 broken, 1 error, 1 warning, 2 fine' in done.stdout
     with (out / 'table.csv').open() as file:
         for told, row in zip(csv.DictReader(file), rows.values(), strict=True):
             assert told == {name: str(row.get(name, '')) for name in told}
@@ -108,8 +108,8 @@ def test_second_run_goes_on_where_the_first_stopped(archive, scheduler, tmp_path
     out = tmp_path / 'report'
 
     def run(*more):
-        status = _work(['report', f'{tmp_path}/*.mcap', '-o', str(out), *scheduler, *more])
-        assert status == 0
+        done = tool('tf_archive', 'report', f'{tmp_path}/*.mcap', '-o', out, *scheduler, *more)
+        assert done.returncode == 0
         return {path.name.partition('.')[0]: path.stat().st_mtime_ns
                 for path in (out / 'rows').iterdir()}
 
@@ -183,16 +183,16 @@ def test_nobody_but_this_machine_reaches_the_cluster_and_its_dashboards(client):
 
 
 def test_export_is_that_of_tf_export(archive, scheduler, tmp_path):
-    from tf_tree_py.tools import tf_export
     out, file = tmp_path / 'out', tmp_path / 'one.csv'
     arguments = ['--rate', '20', '--twist', '--format', 'csv']
-    assert _work(['export', 'map', 'lidar', f'{archive}/*', '-o', str(out), *arguments,
-                  *scheduler]) == 1
+    done = tool('tf_archive', 'export', 'map', 'lidar', f'{archive}/*', '-o', out, *arguments,
+                *scheduler)
+    assert done.returncode == 1
     rows = rows_of(out)
     assert {name: row['outcome'] for name, row in rows.items()} == {
         'junk.mcap': 'broken', 'cut.mcap': 'warning', 'error': 'fine', 'alone.mcap': 'fine',
         'well': 'fine'}
-    tf_export._work([str(archive / 'well'), 'map', 'lidar', '-o', str(file), *arguments])
+    tool('tf_export', archive / 'well', 'map', 'lidar', '-o', file, *arguments)
     assert (out / rows['well']['file']).read_bytes() == file.read_bytes()
     assert rows['well']['poses'] == len(file.read_text().splitlines()) - 1
 
@@ -204,8 +204,9 @@ def test_bags_may_be_wherever_fsspec_looks(archive, scheduler, tmp_path):
             file.write(path, f'run/{path.name}')
         file.write(archive / 'alone.mcap', 'alone.mcap')
     out = tmp_path / 'report'
-    assert _work(['report', f'zip://**::{packed}', f'file://{archive}/al*', '-o', str(out),
-                  *scheduler]) == 0
+    done = tool('tf_archive', 'report', f'zip://**::{packed}', f'file://{archive}/al*', '-o', out,
+                *scheduler)
+    assert done.returncode == 0
     rows = json.loads((out / 'table.json').read_text())['rows']
     assert sorted(row['bag'] for row in rows) == [
         f'file://{archive}/alone.mcap', f'zip://alone.mcap::{packed}', f'zip://run::{packed}']
@@ -235,16 +236,11 @@ def test_splits_are_one_bag_and_what_is_none_is_left_out(tmp_path):
     (['export', 'map', 'x.mcap'], 'the following arguments are required: GLOB'),
     (['look', 'x.mcap'], "invalid choice: 'look'"),
     ([], 'the following arguments are required: verb')])
-def test_what_cannot_be_done_is_one_sentence(tmp_path, monkeypatch, capsys, arguments, sentence):
+def test_what_cannot_be_done_is_one_sentence(tmp_path, monkeypatch, arguments, sentence):
     monkeypatch.chdir(tmp_path)
-    try:
-        _work(arguments)
-    except SystemExit as error:
-        assert error.code == 2
-        told = capsys.readouterr().err
-    except Cannot as error:
-        told = str(error)
-    assert sentence in told and '\n' not in told.strip()
+    done = tool('tf_archive', *arguments)
+    line, = done.stderr.splitlines()
+    assert done.returncode == 2 and sentence in line
 
 
 HIDDEN = """

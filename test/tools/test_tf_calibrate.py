@@ -9,9 +9,8 @@ from bags import file_of, JAZZY, LATCHED, Message, SECOND, without_index, write_
 from calibration_scenes import EDGE, errors, scene, START, with_target_moved
 import numpy as np
 import pytest
-from rosbags.typesys import get_types_from_msg
 from tf_tree_py.bag import open_bag
-from tf_tree_py.bag.files.message_source import _DEFINITIONS
+from tf_tree_py.bag.files.message_source import typestore
 from tf_tree_py.calibration import Observations, recorded_observations
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core import Pose
@@ -32,9 +31,8 @@ URDF = """<?xml version="1.0"?>
   <joint name="top" type="fixed"><parent link="base"/><child link="lidar"/></joint>
 </robot>
 """
-for name, text in _DEFINITIONS.items():
-    if name not in JAZZY.fielddefs:
-        JAZZY.register(get_types_from_msg(text, name))
+JAZZY.register({name: fields for name, fields in typestore(False).fielddefs.items()
+                if name not in JAZZY.fielddefs})
 TYPES = JAZZY.types
 
 

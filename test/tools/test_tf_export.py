@@ -16,7 +16,7 @@ from tf_tree_py.bag import open_bag
 from tf_tree_py.core import Pose
 from tf_tree_py.tools.export.formats import FORMATS
 from tf_tree_py.tools.export.plan import stamps_in
-from tf_tree_py.tools.tf_export import _work
+from tool_helpers import assert_one_sentence, tool
 
 COMMAND = (sys.executable, '-m', 'tf_tree_py.tools.tf_export')
 START = 1_700_000_000 * SECOND
@@ -114,7 +114,7 @@ def test_every_format_gives_back_stamps_and_poses_to_the_bit(bag, tmp_path, form
     if form in VIEWERS:
         pytest.importorskip(VIEWERS[form], reason=f'pip install {VIEWERS[form]}')
     twist = [] if form == 'tum' or form in VIEWERS else ['--twist']
-    assert _work([str(bag), *FRAMES, '--at', '/images', '-o', str(path), *twist]) == 0
+    assert tool('tf_export', bag, *FRAMES, '--at', '/images', '-o', path, *twist).returncode == 0
     stamps, columns = read(path, form)
     poses, valid = open_bag(bag).lookup_many(*FRAMES, IMAGES, outside='mask')
     assert stamps.tolist() == np.array(IMAGES)[valid].tolist() and 20 < len(stamps) < len(IMAGES)
@@ -134,7 +134,7 @@ def test_evo_finds_no_error_in_a_known_motion(bag, tmp_path):
     from evo.core.trajectory import PoseTrajectory3D
     from evo.tools.file_interface import read_tum_trajectory_file
     path = tmp_path / 'camera.tum'
-    assert _work([str(bag), *FRAMES, '-o', str(path)]) == 0
+    assert tool('tf_export', bag, *FRAMES, '-o', path).returncode == 0
     estimate = read_tum_trajectory_file(path)
     seconds = np.arange(251) / 50
     known = np.array([on_circle(t) @ Pose(z=0.5) for t in seconds])
@@ -195,20 +195,12 @@ def test_odd_bag_is_told_and_has_a_status_of_its_own(tmp_path):
     (['BAG', *FRAMES, '--from', 'now'], "--from: 'now' is not a stamp"),
     (['BAG', *FRAMES, '--to', '1.5'], 'nothing is left between start and stop'),
     (['BAG', *FRAMES, '--rate', '0'], "'0' is not a number greater than zero")])
-def test_what_cannot_be_exported_is_one_sentence(bag, tmp_path, monkeypatch, capsys, arguments,
-                                                 sentence):
-    from tf_tree_py.command.endings import Cannot
+def test_what_cannot_be_exported_is_one_sentence(bag, tmp_path, monkeypatch, arguments, sentence):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'far.txt').write_text('# seconds\n12.5\n\n13.000000001\n')
     (tmp_path / 'words.txt').write_text('17\none two\n')
-    try:
-        _work([str(bag) if each == 'BAG' else each for each in arguments])
-    except SystemExit as error:
-        assert error.code == 2
-        told = capsys.readouterr().err
-    except Cannot as error:
-        told = str(error)
-    assert sentence in told and '\n' not in told.strip()
+    done = tool('tf_export', *(bag if each == 'BAG' else each for each in arguments))
+    assert_one_sentence(done, 'tf_export', sentence)
     assert sorted(os.listdir()) == ['far.txt', 'words.txt']
 
 

@@ -8,8 +8,11 @@ import os
 import resource
 import signal
 import subprocess
+import sys
+import threading
 
 from bags import write_ros2
+from conditions import until
 from hand_clock import HandClock
 from patients import FAULTY, HEALTHY
 from programs import PATIENCE_S
@@ -97,18 +100,23 @@ def test_a_flood_of_requests_is_one_a_second_with_their_number(monkeypatch):
     clock = HandClock(1000.0)
     monkeypatch.setattr(tf_record, 'time', clock)
     before = signal.getsignal(signal.SIGUSR1), signal.getsignal(signal.SIGTTIN)
+    read_end, write_end = os.pipe()
     try:
-        requests = tf_record.DumpRequests()
-        for _ in range(1000):
-            requests._asked.put('~/dump')
-        requests._asked.put('Enter')
-        assert requests.take() == ['~/dump, 1000 times', 'Enter']
-        requests._asked.put('~/dump')
-        requests._asked.put('SIGUSR1')
-        assert requests.take() == ['SIGUSR1']
-        clock.now += 1.0
-        requests._asked.put('~/dump')
-        assert requests.take() == ['~/dump, 2 times'] and requests.take() == []
+        with os.fdopen(read_end) as screen, os.fdopen(write_end, 'w') as keyboard:
+            monkeypatch.setattr(sys, 'stdin', screen)
+            requests = tf_record.DumpRequests()
+            (reader,) = [each for each in threading.enumerate() if each.name == 'Enter']
+            for _ in range(1000):
+                signal.raise_signal(requests.SIGNAL)
+            assert requests.take() == ['SIGUSR1, 1000 times']
+            signal.raise_signal(requests.SIGNAL)
+            print(file=keyboard, flush=True)
+            until(lambda: requests.take() == ['Enter'])
+            clock.now += 1.0
+            signal.raise_signal(requests.SIGNAL)
+            assert requests.take() == ['SIGUSR1, 2 times'] and requests.take() == []
+            keyboard.close()
+            reader.join(PATIENCE_S)
     finally:
         for number, handler in zip((signal.SIGUSR1, signal.SIGTTIN), before, strict=True):
             signal.signal(number, handler)

@@ -16,7 +16,7 @@ from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
 from tf_tree_py.view.page.page import SensorView
 from tf_tree_py.view.sensors.readings import is_known, MOST_POINTS, placed, Reading, reading_of
-from tf_tree_py.view.sensors.recorded_sensors import _decoded, RecordedSensors
+from tf_tree_py.view.sensors.recorded_sensors import decoded, RecordedSensors
 
 PIL_image = pytest.importorskip('PIL.Image', reason='compressed images need pillow')
 
@@ -211,7 +211,7 @@ def test_recorded_message_that_is_damaged_costs_only_itself(tmp_path):
 
 
 def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_path):
-    store = message_source._types(False)
+    store = message_source.typestore(False)
     types = store.types
     head = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](5, 0), 'camera')
     pose = types['geometry_msgs/msg/Pose'](types['geometry_msgs/msg/Point'](1.0, 2.0, 3.0),
@@ -222,7 +222,7 @@ def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_p
     made = types[kind](head, [types['vision_msgs/msg/Detection3D'](head, [], box, '7')])
     data = bytes(store.serialize_cdr(made, kind))
     source = MessageSource('/detections', kind, False, '', False)
-    assert _decoded(source, data).points.tolist() == [[1.0, 2.0, 3.0]]
+    assert decoded(source, data).points.tolist() == [[1.0, 2.0, 3.0]]
 
 
 def test_reading_without_a_transform_has_no_place(tree):

@@ -36,7 +36,7 @@ from .missing import hint_of
 _MOMENT_S = 1.0
 _GLANCE_S = 0.02
 # By then the nodes have found each other: Fast DDS announces itself every three seconds.
-_SETTLED_S = 4.0
+SETTLED_S = 4.0
 # At most this many faults that the graph shows are named.
 _MOST_REASONS = 4
 
@@ -119,7 +119,7 @@ class LiveTree:
 
     def graph(self) -> RosGraph:
         """Return the publishers of transforms on other topics, and those of simulated time."""
-        settled = time.monotonic() - self._begin_s >= _SETTLED_S
+        settled = time.monotonic() - self._begin_s >= SETTLED_S
         return graph_beside(self.node, self._topics, settled=settled)
 
     @property

@@ -164,7 +164,7 @@ def decode(source: MessageSource, data: bytes) -> Any:
     :raises WireError: the type is unknown, or the bytes are damaged.
     """
     package, *_, name = source.type_name.split('/')
-    store = _types(source.ros1)
+    store = typestore(source.ros1)
     read = store.deserialize_ros1 if source.ros1 else store.deserialize_cdr
     try:
         return read(data, f'{package}/msg/{name}')
@@ -173,7 +173,8 @@ def decode(source: MessageSource, data: bytes) -> Any:
 
 
 @cache
-def _types(ros1: bool) -> 'Typestore':
+def typestore(ros1: bool) -> 'Typestore':
+    """Return rosbags' types of ROS 1 or 2, and those above."""
     from rosbags.typesys import get_types_from_msg, get_typestore, Stores
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
     for name, text in _DEFINITIONS.items():

@@ -206,7 +206,7 @@ Edge = tuple[str, str]
 
 # How many transforms to gather, how many of each edge, and how many at most: enough to make
 # numpy's cost per transform small, and few enough to take only some megabytes.
-_ENOUGH, _OF_EACH, _MOST = 30_000, 100, 100_000
+ENOUGH, OF_EACH, _MOST = 30_000, 100, 100_000
 # This many characters of names take about as much memory as a transform.
 _LETTERS = 10
 # Messages that are not like any other take as much memory as this many more transforms.
@@ -281,7 +281,7 @@ class MessageColumns:
     def __init__(self) -> None:
         self._alike: dict[tuple[object, str, bool], _AlikeMessages] = {}
         self._messages = self._count = 0
-        self._enough = _ENOUGH
+        self._enough = ENOUGH
 
     def add(self, arrival: ReceivedMessage) -> bool:
         """Add a message; return whether it is time to take the columns."""
@@ -307,7 +307,7 @@ class MessageColumns:
         for messages in alike.values():
             for column in messages.columns():
                 parts.setdefault((column.edge, column.static), []).append(column)
-        self._enough = min(max(_ENOUGH, _OF_EACH * len(parts)), _MOST)
+        self._enough = min(max(ENOUGH, OF_EACH * len(parts)), _MOST)
         return [_joined(columns) for columns in parts.values()]
 
 

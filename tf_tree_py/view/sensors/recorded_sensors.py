@@ -76,7 +76,7 @@ class RecordedSensors(SensorSource):
         if known is None:
             return []
         end = int(known.stamps.searchsorted(stamp, 'right'))
-        readings = [_decoded(*known.messages[place]) for place in range(max(end - most, 0), end)]
+        readings = [decoded(*known.messages[place]) for place in range(max(end - most, 0), end)]
         return [reading for reading in readings if reading is not None]
 
 
@@ -127,7 +127,8 @@ def _stamp_of(source: MessageSource, data: bytes) -> int | None:
 
 
 @lru_cache(maxsize=512)
-def _decoded(source: MessageSource, data: bytes) -> Reading | None:
+def decoded(source: MessageSource, data: bytes) -> Reading | None:
+    """Return what a message shows; None: messages of its type cannot be shown."""
     try:
         message = decode(source, data)
     except WireError as error:
