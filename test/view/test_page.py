@@ -10,6 +10,7 @@ import threading
 import numpy as np
 from open_page import OpenPage
 import pytest
+from served_pages import hold_up, pages_of
 from tf_tree_py import BufferCore, screws
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.core.geometry import se3
@@ -95,7 +96,7 @@ def kept_page(window, serving):
 @pytest.fixture
 def page(robot, kept_page, serving):
     """Return the page of all tests that take back their choices: opening one takes seconds."""
-    kept_page.wait_for(lambda: len(serving._pages) == 1)
+    kept_page.wait_for(lambda: len(pages_of(serving)) == 1)
     kept_page.press('live')
     show_frames(kept_page)
     yield kept_page
@@ -153,18 +154,18 @@ def test_slider_moves_them_to_where_they_were_and_live_back(page, robot):
 
 
 def test_time_that_was_typed_is_not_lost_to_a_live_picture(page, serving):
-    *_, (shown, _) = serving._pages.values()
+    *_, shown = pages_of(serving)
     slider = shown.controls.timeline._slider
-    with shown._lock:  # as during the drawing of a picture
+    with hold_up(shown):
         page.press('live')
         page.go_to(2.5)
         page.wait_for(lambda: slider.value == 2.5)
-        shown._refresh_panels(shown._drawn)
+        shown.tick(1.0)
     page.wait_for_text('paused at 102.5')
 
 
 def test_time_that_was_typed_is_not_lost_to_reports_of_the_browser(page, serving):
-    *_, (shown, _) = serving._pages.values()
+    *_, shown = pages_of(serving)
     ended = threading.Event()
 
     def beat():
@@ -184,13 +185,13 @@ def test_time_that_was_typed_is_not_lost_to_reports_of_the_browser(page, serving
 
 def test_chosen_fixed_frame_is_kept_on_a_live_page(
         page, robot, serving):
-    *_, (shown, _) = serving._pages.values()
+    *_, shown = pages_of(serving)
     for frame in ('gripper', 'world'):
-        with shown._lock:  # as during the drawing of a picture
+        with hold_up(shown):
             page.field('fixed frame').fill(frame)
             page.page.get_by_role('option', name=frame, exact=True).click()
             page.wait_for(lambda frame=frame: shown.controls.frames._fixed.value == frame)
-            shown._refresh_panels(shown._drawn)
+            shown.tick(1.0)
         page.wait_for_axes(stand_as(robot, LAST, frame))
 
 
@@ -273,9 +274,10 @@ def test_followed_frame_stays_where_it_is_on_the_page(new_page, robot, serving):
     new_page.choose('gripper')
     new_page.turn_to('chosen')
     new_page.page.get_by_role('checkbox', name='follow').check()
-    # It stays where it was drawn when the server received the request.
-    new_page.wait_for(
-        lambda: any(shown._framing._held for shown, _ in list(serving._pages.values())))
+    # It stays where it is drawn after the server has received the request.
+    *_, shown = pages_of(serving)
+    new_page.wait_for(lambda: shown.controls.chosen.followed == 'gripper')
+    shown.tick(1.0)
     feed(robot, LAST, LAST + SECOND)
     robot.time = LAST + SECOND
     new_page.wait_for_axes(

@@ -1,19 +1,15 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Messages to pages from threads, and pages that cannot be drawn."""
+"""Messages to pages from threads."""
 
 import asyncio
 import threading
 from types import SimpleNamespace
 
-from hand_clock import HandClock
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py import BufferCore, limited_log
-from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.serving import wake_only_in_loop
-from tf_tree_py.view.subject import Subject
 
 pytest.importorskip('viser', reason='pages need viser')
 
@@ -73,43 +69,7 @@ def test_event_is_set_in_the_loop_alone():
 
 
 def test_another_viser_is_left_alone():
-    client = client_of(SimpleNamespace(queue=[]))
-    wake_only_in_loop(client)
+    buffer = SimpleNamespace(queue=[])
+    wake_only_in_loop(client_of(buffer))
     wake_only_in_loop(SimpleNamespace())
-    assert vars(client._websock_connection.get_message_buffer()) == {'queue': []}
-
-
-@pytest.fixture
-def serving():
-    """Return a closed server, so that only the test draws."""
-    from tf_tree_py.view.serving import Serving
-    buffer = BufferCore(UNLIMITED)
-    buffer.insert('map', 'base', 1, Pose())
-    with Serving(Subject(buffer, False, lambda: 0), '127.0.0.1', 18270, 'test') as serving:
-        pass
-    return serving
-
-
-def test_page_is_drawn_again_after_an_error_and_given_up_after_many(serving, capsys, monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    monkeypatch.setattr(serving._server, 'get_clients', lambda: {7: None})
-    failing = True
-
-    def tick(seconds):
-        if failing:
-            raise RuntimeError('deque mutated during iteration')
-
-    page = SimpleNamespace(tick=tick)
-    serving._pages[7] = page, 0.0
-    for failing in (True, False) * 40:  # noqa: B007 - the page reads it
-        serving._draw_one(7, page, 0.1)
-    assert 7 in serving._pages
-    assert capsys.readouterr().err.count('RuntimeError: deque mutated') == 1
-    failing = True
-    for _ in range(60):
-        serving._draw_one(7, page, 0.1)
-    assert 7 not in serving._pages
-    clock.now += 1.0
-    serving._log.write_counts()
-    assert 'tf_view: 41 more like this: a page failed with RuntimeError' in capsys.readouterr().err
+    assert vars(buffer) == {'queue': []}
