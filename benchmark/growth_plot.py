@@ -67,7 +67,7 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
     :param looks: the line and the marker of each contestant in all plots.
     :param long_names: of the contestants.
     """
-    found = {(panel.group, panel.kind): list(_points(rows, panel)) for panel in PANELS}
+    found = {(panel.group, panel.kind): list(points_of(rows, panel)) for panel in PANELS}
     if not any(found.values()):
         return None
     from matplotlib.figure import Figure
@@ -92,7 +92,7 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
     return drawing
 
 
-def _points(rows: Sequence[Row], panel: Panel) -> Iterator[tuple[int, dict[str, float]]]:
+def points_of(rows: Sequence[Row], panel: Panel) -> Iterator[tuple[int, dict[str, float]]]:
     """Yield each size with this part of the rounds of every contestant."""
     for row in rows:
         named = re.fullmatch(re.escape(panel.kind) + r', ([\d,]+) \w+', row.name)

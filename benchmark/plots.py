@@ -12,7 +12,7 @@ from .rows import COMPILED, DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, 
 from .timing import spread
 
 # Each contestant has the same style in all plots: line, marker, fill, hatch.
-_LOOKS = {
+LOOKS = {
     OURS: {'color': 'black', 'linestyle': '-', 'marker': 'o'},
     COMPILED: {'color': 'black', 'linestyle': '--', 'marker': 'o', 'markerfacecolor': 'white'},
     TF2_ROS: {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
@@ -21,7 +21,7 @@ _LOOKS = {
     RUST: {'color': '#007a5a', 'linestyle': ':', 'marker': 'D'},
 }
 # Longer names for the short names of the tables, for readers who have not seen the tables.
-_LONG_NAMES = {
+LONG_NAMES = {
     COMPILED: 'tf_tree_py, compiled formulas',
     TF2_ROS: 'tf2_ros (Python, Jazzy)',
     JAZZY: "tf2's C++ buffer alone (Jazzy)",
@@ -79,7 +79,7 @@ def _drawn(folder: Path, rows: Sequence[Row]) -> Iterator[Path]:
         figure = plot({row.name: row for row in rows if row.group == _GROUPS[name]})
         if figure is not None:
             yield from _save(figure, folder / f'performance_{name}')
-    grown = growth_plot.figure(rows, _LOOKS, _LONG_NAMES)
+    grown = growth_plot.figure(rows, LOOKS, LONG_NAMES)
     if grown is not None:
         yield from _save(grown, folder / 'performance_growth')
 
@@ -108,13 +108,13 @@ def _lookups(rows: dict[str, Row]) -> Any:
     figure, panels = _panels(2, (8.0, 4.2), sharey=True)
     for panel, where, title in zip(panels, ('30 ms old', 'latest'),
                                    ('30 ms before the newest sample', 'the latest'), strict=True):
-        for name, look in _LOOKS.items():
+        for name, look in LOOKS.items():
             # Of the fastest round, as in the text; see ``passages``.
             points = [(int(row.name.rsplit(' ', 1)[1]), spread(row.values[name]).least)
                       for row in rows.values()
                       if row.name.startswith(f'{where}, depth') and name in row.values]
             if points:
-                panel.plot(*zip(*points, strict=True), label=_LONG_NAMES.get(name, name),
+                panel.plot(*zip(*points, strict=True), label=LONG_NAMES.get(name, name),
                            markersize=4, **look)
         _scale(panel, [1, 2, 5, 10, 15, 38])
         panel.set_title(title, fontsize=10)
@@ -178,7 +178,7 @@ def _control(rows: dict[str, Row]) -> Any:
             heights = [spread(row.values[way]).median if way in row.values else 0.0
                        for row in of_measure]
             bars = panel.bar([number + offset for number in range(len(heights))], heights, 0.24,
-                             label=_LONG_NAMES.get(way, way), **_FILLS[way])
+                             label=LONG_NAMES.get(way, way), **_FILLS[way])
             panel.bar_label(bars, [f'{height:.2g}' if height < 10 else f'{height:.0f}'
                                    for height in heights], fontsize=7)
         panel.set_xticks(range(len(streams)), [

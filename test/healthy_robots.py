@@ -158,10 +158,10 @@ def _stop_and_go(robot, t, habits):
 
 
 MOTIONS = {
-    'drive': lambda robot, t, habits: robot._drive(t),
+    'drive': lambda robot, t, habits: robot.drive(t),
     'straight': lambda robot, t, habits: planar(robot.speed * t, 0.0 * t, 0.0 * t),
-    'swing': lambda robot, t, habits: robot._swing(t),
-    'correct': lambda robot, t, habits: robot._corrections(t),
+    'swing': lambda robot, t, habits: robot.swing(t),
+    'correct': lambda robot, t, habits: robot.corrections(t),
     'stand': lambda robot, t, habits: planar(1.0 + 0.0 * t, 0.0 * t, 0.0 * t),
     'turn': lambda robot, t, habits: planar(0.2 * np.sin(20.0 * t), 0.2 * np.cos(20.0 * t),
                                             20.0 * t),

@@ -70,10 +70,10 @@ class Robot:
 
     def __post_init__(self):
         self.rng = np.random.default_rng(self.seed)
-        self.add('map', 'odom', self.localiser_hz, self._corrections, 'amcl', self.tolerance)
-        self.add('odom', 'base', self.wheels_hz, self._drive, 'wheels')
-        self.add('base', 'arm', self.arm_hz, self._swing, 'arm')
-        self.add('arm', 'tool', self.arm_hz, self._swing, 'arm')
+        self.add('map', 'odom', self.localiser_hz, self.corrections, 'amcl', self.tolerance)
+        self.add('odom', 'base', self.wheels_hz, self.drive, 'wheels')
+        self.add('base', 'arm', self.arm_hz, self.swing, 'arm')
+        self.add('arm', 'tool', self.arm_hz, self.swing, 'arm')
         base = np.zeros((1, 7))
         base[:, 6] = 1.0
         self.edges['lidar'] = Edge('base', 'lidar', np.zeros(1), np.array([-0.2]), base, 'urdf',
@@ -88,17 +88,17 @@ class Robot:
         received = np.maximum.accumulate(times / self.pace + delays)
         self.edges[child] = Edge(parent, child, times + lead, received, poses(times), sender)
 
-    def _drive(self, t):
+    def drive(self, t):
         return planar(self.speed * 3.0 * np.sin(t / 3.0), 0.3 * self.speed * t,
                       0.4 * np.sin(0.7 * t))
 
-    def _swing(self, t):
+    def swing(self, t):
         poses = np.zeros((len(t), 7))
         poses[:, 2] = 0.3
         poses[:, 3], poses[:, 6] = np.sin(0.15 * np.sin(2.0 * t)), np.cos(0.15 * np.sin(2.0 * t))
         return poses
 
-    def _corrections(self, t):
+    def corrections(self, t):
         return planar(0.002 * np.floor(t), 0.0 * t, 0.001 * np.floor(t))
 
     @property

@@ -25,16 +25,16 @@ def rows():
 def test_page_has_all_sizes(rows):
     assert {panel.group for panel in growth_plot.PANELS} == set(SIZES)
     for panel in growth_plot.PANELS:
-        points = list(growth_plot._points(rows, panel))
+        points = list(growth_plot.points_of(rows, panel))
         assert tuple(size for size, _ in points) == SIZES[panel.group], panel
         assert all(OURS in values for _, values in points), panel
 
 
 def test_every_panel_of_the_plot_has_its_lines_and_axes(rows):
     pytest.importorskip('matplotlib').use('Agg')
-    drawn = growth_plot.figure(rows, plots._LOOKS, plots._LONG_NAMES)
+    drawn = growth_plot.figure(rows, plots.LOOKS, plots.LONG_NAMES)
     for axes, panel in zip(drawn.axes, growth_plot.PANELS, strict=True):
-        points = list(growth_plot._points(rows, panel))
+        points = list(growth_plot.points_of(rows, panel))
         contestants = {name for _, values in points for name in values}
         assert len(axes.lines) == len(contestants & set(growth_plot.ORDER)) > 0, panel
         assert axes.get_xlabel() and axes.get_ylabel(), panel

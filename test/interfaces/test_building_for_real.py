@@ -10,7 +10,6 @@ import sysconfig
 
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.interfaces import building
 from tf_tree_py.interfaces.building import build, CannotBuild, find, sources
 from tf_tree_py.interfaces.kept import Kept
 from tf_tree_py.interfaces.type_hashes import differing, TYPE_HASHES
@@ -83,7 +82,7 @@ def test_build_is_complete_and_kept_and_not_trusted_if_it_is_broken(tmp_path, mo
         f'{packages}/tf2_msgs/__init__.py', TYPE_HASHES['tf2_msgs/msg/TFMessage']]
 
     # The next environment needs no compiler.
-    monkeypatch.setattr(building, '_compiler', lambda: ['no-compiler'])
+    monkeypatch.setenv('CXX', 'no-compiler')
     second = environment(tmp_path / 'second')
     build(second, kept)
     assert differing(second) == []

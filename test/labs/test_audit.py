@@ -12,7 +12,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import InvalidArgumentException, LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.reports.audit import _MAX_LINES, Caller, Lookup, LookupAudit
+from tf_tree_py.reports.audit import Caller, Lookup, LookupAudit, MAX_LINES
 
 NEWEST = from_seconds(2.0)
 NOW = from_seconds(2.005)
@@ -148,10 +148,10 @@ def test_cleared_it_begins_anew(audit, lookup):
 
 
 def test_program_that_makes_up_frames_does_not_fill_the_memory(audit):
-    for number in range(_MAX_LINES + 10):
+    for number in range(MAX_LINES + 10):
         audit.record(Lookup(Caller('f.py', 1, 'f'), 'odom', f'{number}', None, LATEST, NOW,
                             None, LATEST, None))
-    assert len(audit.lines()) == _MAX_LINES
+    assert len(audit.lines()) == MAX_LINES
 
 
 def test_threads_may_ask_at_once(audit, lookup):

@@ -64,7 +64,7 @@ def test_slope_is_the_speed_if_the_latest_is_always_of_the_same_age():
     looks = [live_latency.LookupErrors(
         0.5, delay, delay, delay - 5 * ms, 0.5 * (delay - 5 * ms) / 1e9, 0.0, True)
         for delay in (0, 20 * ms, 100 * ms)]
-    assert live_latency._fit(looks, 0.5) == pytest.approx((0.5, 0.005))
+    assert live_latency.fit(looks, 0.5) == pytest.approx((0.5, 0.005))
 
 
 def test_remounted_camera_reaches_every_module_that_uses_it():

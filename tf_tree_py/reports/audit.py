@@ -41,7 +41,7 @@ ASSUMED_AGE = from_seconds(0.1)
 """The assumed age of data whose pose was looked up with ``LATEST``, if it is not known."""
 
 # The maximum number of lines; a program has fewer, unless it invents frames.
-_MAX_LINES = 1_000
+MAX_LINES = 1_000
 # A frame's name is cut to this length: any client may request any name from a buffer server.
 _LONGEST_NAME = 200
 _PACKAGE = __name__.partition('.')[0]
@@ -194,7 +194,7 @@ class LookupAudit(Observer):
         with self._lock:
             line = self._lines.get(key)
             if line is None:
-                if len(self._lines) >= _MAX_LINES:
+                if len(self._lines) >= MAX_LINES:
                     return
                 line = self._lines[key] = Line(*key)
             line.add(lookup)

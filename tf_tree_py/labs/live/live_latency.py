@@ -132,7 +132,7 @@ def _raises(buffer: Buffer, speed: float, now: int) -> bool:
 
 
 def _report(looks: list[LookupErrors], ages: Array) -> Report:
-    fits = {speed: _fit(looks, speed) for speed in SPEEDS}
+    fits = {speed: fit(looks, speed) for speed in SPEEDS}
     median, most, worst = (float(np.quantile(ages, q)) for q in (0.5, 0.99, 1.0))
     stamped = max(abs(look.stamped) for look in looks)
     raised = sum(look.now_raised for look in looks)
@@ -158,7 +158,7 @@ def _report(looks: list[LookupErrors], ages: Array) -> Report:
         draw=partial(_draw, looks, fits))
 
 
-def _fit(looks: list[LookupErrors], speed: float) -> tuple[float, float]:
+def fit(looks: list[LookupErrors], speed: float) -> tuple[float, float]:
     """Fit error = v (delay - age); return v, and the mean age of the latest, seconds."""
     delays, errors = zip(*[(as_seconds(look.delay), look.latest)
                            for look in looks if look.speed == speed], strict=True)
