@@ -18,14 +18,13 @@ import linecache
 import os
 from pathlib import Path
 import re
-import subprocess
 import sys
 import threading
 import traceback
 from types import FrameType
 from typing import Any
 
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PACKAGE = REPOSITORY / 'tf_tree_py'
@@ -131,9 +130,8 @@ def print_pairs() -> None:
 
 def observed_by(program: Path) -> dict[Pair, str]:
     """Run a program; return the pairs that it noted, each with the stack of its first time."""
-    done = subprocess.run(
-        [sys.executable, program], env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, program,
+                     env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
     assert done.returncode == 0, done.stdout + done.stderr
     last = done.stdout.splitlines()[-1]
     return {(held, taken): stack for held, taken, stack in json.loads(last)}

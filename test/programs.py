@@ -94,6 +94,12 @@ class Program:
         self._process.stdout.close()
 
 
+def completed(*command, timeout=PATIENCE_S, **options):
+    """Run a program to its end; return its exit status and its output as text."""
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=timeout,
+                          **options)
+
+
 def executable(name, *arguments):
     """Return the command line of one of this package's executables."""
     return (sys.executable, '-m', f'tf_tree_py.nodes.{name}', *arguments)

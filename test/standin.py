@@ -17,7 +17,7 @@ import subprocess
 import textwrap
 
 from domains import JAZZY_PROFILES, PROFILES
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 
 # Set by scripts/test: the file that a shell sources to enter the Jazzy that was made.
@@ -51,9 +51,7 @@ def standin_env() -> dict[str, str]:
 
 def run_with_tf2(code: str, **variables: str) -> str:
     """Run a program where tf2 is installed; return its output."""
-    done = subprocess.run(
-        ['python3', '-c', textwrap.dedent(code)], env={**standin_env(), **variables},
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed('python3', '-c', textwrap.dedent(code), env={**standin_env(), **variables})
     assert done.returncode == 0, done.stderr
     return done.stdout
 

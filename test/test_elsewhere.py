@@ -3,10 +3,9 @@
 
 """What passed in one environment does not run in the next one, and everything else does."""
 
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 from small_project import small_project, TESTS as FOLDER
 
@@ -46,9 +45,8 @@ def test_only_what_passed_is_left_out(tmp_path, monkeypatch, workers):
 
     def run(here, *options):
         monkeypatch.setenv('HERE', here)
-        return subprocess.run(
-            [sys.executable, '-m', 'pytest', '-q', *workers, *options, 'test'], cwd=project,
-            capture_output=True, text=True, check=False, timeout=PATIENCE_S).stdout
+        return completed(sys.executable, '-m', 'pytest', '-q', *workers, *options, 'test',
+                         cwd=project).stdout
 
     everything_of_one = ['test/test_all.py', 'test/test_all.py::test_passes']
     assert '3 passed, 1 skipped, 1 error' in run('first', f'--passed={passed}')
@@ -70,9 +68,8 @@ def test_files_that_are_left_out_have_no_other_tests_here(request):
         pytest.skip('only where scripts/test ran some tests elsewhere before')
     names = {*option.passed_elsewhere.read_text(encoding='utf-8').splitlines()}
     files = sorted(name for name in names if '::' not in name)
-    done = subprocess.run(
-        [sys.executable, '-m', 'pytest', '-q', '--collect-only', '-p', 'no:cacheprovider',
-         '-k', option.keyword, '-m', option.markexpr, *files], cwd=FOLDER.parent,
-        capture_output=True, text=True, check=False, timeout=4 * PATIENCE_S)
+    done = completed(sys.executable, '-m', 'pytest', '-q', '--collect-only', '-p',
+                     'no:cacheprovider', '-k', option.keyword, '-m', option.markexpr, *files,
+                     cwd=FOLDER.parent, timeout=4 * PATIENCE_S)
     here = {line for line in done.stdout.splitlines() if '::' in line}
     assert here and not here - names, done.stdout[-3000:]

@@ -3,10 +3,9 @@
 
 """Several signals in a row, and signals while a program ends: an impatient user's Ctrl-C."""
 
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 
 START = """
@@ -30,8 +29,7 @@ def tidily(_):
 
 def run(program):
     """Run a program; return its exit status and its output."""
-    done = subprocess.run([sys.executable, '-c', START + program], capture_output=True, text=True,
-                          check=False, timeout=PATIENCE_S)
+    done = completed(sys.executable, '-c', START + program)
     return done.returncode, done.stdout + done.stderr
 
 

@@ -5,10 +5,9 @@
 
 import os
 import shlex
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from small_project import small_project
 
@@ -59,9 +58,7 @@ def project(tmp_path):
 
 def run(project, *arguments, **variables):
     """Run Python there; return its status and output."""
-    done = subprocess.run([sys.executable, *arguments], cwd=project, capture_output=True,
-                          text=True, timeout=PATIENCE_S, check=False,
-                          env={**os.environ, **variables})
+    done = completed(sys.executable, *arguments, cwd=project, env={**os.environ, **variables})
     return done.returncode, done.stdout + done.stderr
 
 

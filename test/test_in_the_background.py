@@ -4,10 +4,9 @@
 """Tests that press Ctrl-C reach the processes that they started."""
 
 from pathlib import Path
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 
 TESTS = Path(__file__).parent
 PRESSED = 'ros/test_shutdown.py::test_ctrl_c_interrupts_a_lookup_of_the_main_thread'
@@ -16,9 +15,8 @@ ENDED_HERE = 'labs/test_tf_lab.py::test_every_lab_has_a_line'
 
 
 def assert_passes(*tests, begin=()):
-    done = subprocess.run(
-        [*begin, sys.executable, '-m', 'pytest', '-q', *(str(TESTS / test) for test in tests)],
-        cwd=TESTS.parent, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed(*begin, sys.executable, '-m', 'pytest', '-q',
+                     *(str(TESTS / test) for test in tests), cwd=TESTS.parent)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f'{len(tests)} passed' in done.stdout
 

@@ -7,14 +7,13 @@ import locale
 import logging
 import os
 import socket
-import subprocess
 import sys
 import textwrap
 import threading
 
 from leftovers import differences, left_behind, state_of_file, state_of_test
 import numpy as np
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from small_project import small_project
 import tf_tree_py.core
@@ -153,9 +152,8 @@ def outcome(project, **files):
     """Run test files in one process, in this order; return the end of pytest's output."""
     for name, text in files.items():
         (project / 'test' / f'{name}.py').write_text(textwrap.dedent(text))
-    done = subprocess.run(
-        [sys.executable, '-m', 'pytest', '-q', '-r', 'fE', *(f'test/{name}.py' for name in files)],
-        cwd=project, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+    done = completed(sys.executable, '-m', 'pytest', '-q', '-r', 'fE',
+                     *(f'test/{name}.py' for name in files), cwd=project)
     return done.stdout[done.stdout.index('short test summary'):]
 
 
@@ -199,7 +197,6 @@ def test_every_test_draws_the_same_numbers(project):
         """
     for name in ('test_one', 'test_other'):
         (project / 'test' / f'{name}.py').write_text(textwrap.dedent(draws))
-    done = subprocess.run([sys.executable, '-m', 'pytest', '-q', 'test'], cwd=project,
-                          capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+    done = completed(sys.executable, '-m', 'pytest', '-q', 'test', cwd=project)
     printed = [line for line in done.stdout.splitlines() if line.startswith('0.')]
     assert len(printed) == 4 and len(set(printed)) == 1

@@ -10,7 +10,7 @@ import sys
 
 from conditions import until
 from mutations import mutants_of
-from programs import PATIENCE_S, Program
+from programs import completed, Program
 import pytest
 from small_project import small_project
 
@@ -175,9 +175,8 @@ def environment(project):
 
 def mutate(project, *arguments):
     """Run the tool there; return its status, and its output."""
-    done = subprocess.run(
-        [sys.executable, project / 'test' / 'mutate.py', *arguments], cwd=project,
-        env=environment(project), capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, project / 'test' / 'mutate.py', *arguments, cwd=project,
+                     env=environment(project))
     return done.returncode, done.stdout, done.stderr
 
 

@@ -14,7 +14,7 @@ import sys
 from xml.etree import ElementTree
 import zipfile
 
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 from standin import standin_env
 import tf_tree_py
@@ -53,10 +53,8 @@ def test_every_program_says_its_version_and_whether_its_formulas_are_compiled(ca
 
 def test_compilation_without_a_compiler_says_so_in_one_sentence(tmp_path):
     pytest.importorskip('mypyc', reason='needs mypy')
-    done = subprocess.run(
-        [sys.executable, 'setup.py', 'build_ext'], cwd=copied_sources(tmp_path),
-        env={**os.environ, 'TF_TREE_PY_COMPILE': '1', 'CC': 'no-such-compiler -O2'},
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, 'setup.py', 'build_ext', cwd=copied_sources(tmp_path),
+                     env={**os.environ, 'TF_TREE_PY_COMPILE': '1', 'CC': 'no-such-compiler -O2'})
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         'error: TF_TREE_PY_COMPILE needs a C compiler, and there is no no-such-compiler: '
@@ -107,10 +105,9 @@ def wheel(tmp_path_factory):
     left = source / 'build' / 'lib' / 'tf_tree_py' / 'core' / 'deleted.py'
     left.parent.mkdir(parents=True)
     left.touch()
-    done = subprocess.run(
-        [sys.executable, '-m', 'pip', 'wheel', '--quiet', '--no-deps', '--no-build-isolation',
-         '--disable-pip-version-check', '--wheel-dir', source.parent, source],
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, '-m', 'pip', 'wheel', '--quiet', '--no-deps',
+                     '--no-build-isolation', '--disable-pip-version-check', '--wheel-dir',
+                     source.parent, source)
     assert done.returncode == 0, done.stderr
     [wheel] = source.parent.glob('*.whl')
     return zipfile.ZipFile(wheel)
@@ -199,8 +196,7 @@ def test_colcon_builds_without_a_warning_what_ros2_runs(options, seen, tmp_path)
     source = copied_sources(tmp_path)
 
     def output_of(command):
-        done = subprocess.run(['bash', '-c', command], cwd=tmp_path, env=env, text=True,
-                              capture_output=True, timeout=PATIENCE_S, check=False)
+        done = completed('bash', '-c', command, cwd=tmp_path, env=env)
         assert done.returncode == 0, done.stderr
         return done.stdout + done.stderr
 

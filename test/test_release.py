@@ -6,10 +6,9 @@
 from pathlib import Path
 import re
 import shutil
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -28,9 +27,8 @@ def tree(tmp_path):
 
 
 def release(tree, version):
-    return subprocess.run(
-        [sys.executable, REPOSITORY / 'scripts' / 'packaging' / 'release.py', version,
-         '--folder', tree], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    return completed(sys.executable, REPOSITORY / 'scripts' / 'packaging' / 'release.py', version,
+                     '--folder', tree)
 
 
 def test_bloom_reads_what_a_release_writes(tree):

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import textwrap
 
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[1] / 'scripts'
@@ -106,8 +106,7 @@ def test_check_says_which_linters_failed_and_hides_files_without_a_fault(clone):
         for name, text in linters.items():
             (folder / name).write_text(f'#!/bin/sh\n{text}\n')
             (folder / name).chmod(0o755)
-        done = subprocess.run([clone / 'scripts' / 'check'], capture_output=True, text=True,
-                              timeout=PATIENCE_S, check=False, env={'PATH': os.defpath})
+        done = completed(clone / 'scripts' / 'check', env={'PATH': os.defpath})
         return done.returncode, done.stdout, done.stderr.splitlines()[-1]
 
     status, output, verdict = check(LINTERS)
@@ -167,9 +166,8 @@ def test_crash_leaves_no_test_that_did_not_run(tmp_path, crashes):
         run_pytest {sys.executable}
         """
     env = {name: value for name, value in os.environ.items() if not name.startswith('PYTEST_')}
-    done = subprocess.run(
-        ['bash', '-c', program], cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S,
-        check=False, env={**env, 'PYTHONPATH': os.pathsep.join(sys.path)})
+    done = completed('bash', '-c', program, cwd=tmp_path,
+                     env={**env, 'PYTHONPATH': os.pathsep.join(sys.path)})
     first = ['test_passes', 'test_fails_once', 'test_fails_once_too', 'test_crashes']
     second = first[1:]
     rest = ['test_behind', 'test_of_another_file']
@@ -217,10 +215,10 @@ def test_what_setup_cannot_do_is_one_sentence_and_removes_nothing(
     kept = tmp_path / 'venv' / '.stamp'
     kept.parent.mkdir()
     kept.write_text('made earlier')
-    done = subprocess.run(
-        [SCRIPTS / 'setup', *arguments], capture_output=True, text=True, timeout=PATIENCE_S,
-        check=False, env={'PATH': os.defpath, 'HOME': str(tmp_path), 'PYTHON': python,
-                          'TF_TREE_PY_WORKSPACE': str(tmp_path)})
+    done = completed(
+        SCRIPTS / 'setup', *arguments,
+        env={'PATH': os.defpath, 'HOME': str(tmp_path), 'PYTHON': python,
+             'TF_TREE_PY_WORKSPACE': str(tmp_path)})
     assert done.returncode == 1
     [line] = done.stderr.splitlines()
     assert line.startswith(f'tf_tree_py: {said}')
@@ -241,8 +239,6 @@ def test_python_of_the_wheels_is_the_first_that_is_there(tmp_path, there, taken)
         . {SCRIPTS / 'pythons.sh'}
         PATH={tmp_path} installed_python_of_wheels
         """
-    done = subprocess.run(
-        ['bash', '-c', program], capture_output=True, text=True, timeout=PATIENCE_S, check=False,
-        env={'PATH': os.defpath, 'PYENV_ROOT': '/nowhere'})
+    done = completed('bash', '-c', program, env={'PATH': os.defpath, 'PYENV_ROOT': '/nowhere'})
     assert done.stdout == (f'{tmp_path}/python{taken}\n' if taken else '')
     assert done.returncode == (0 if taken else 1)

@@ -4,14 +4,13 @@
 """Three picks from the first image to the tray, and the effect of each mistake on one."""
 
 import json
-import subprocess
 import sys
 
 from examples.arm.mistakes import MISTAKES, RIGHT
 from examples.arm.report import PLACED_WITHIN
 from examples.arm.speeds import errors_at, law, RADIUS
 from examples.arm.trial import run
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 
 SEED = 0
@@ -44,8 +43,7 @@ def test_error_of_the_latest_is_speed_times_latency():
 
 
 def command(*arguments):
-    return subprocess.run([sys.executable, '-m', 'examples.arm', *arguments], timeout=PATIENCE_S,
-                          capture_output=True, text=True, check=False)
+    return completed(sys.executable, '-m', 'examples.arm', *arguments)
 
 
 def test_command_tells_counts_and_a_row_for_each_run():

@@ -21,7 +21,7 @@ import subprocess
 import sys
 
 from pages import BLOCKS, LANGUAGES, PAGES, program, REPOSITORY
-from programs import PATIENCE_S, Program
+from programs import completed, PATIENCE_S, Program
 import pytest
 
 PYTHON = {page: [block for block in BLOCKS if block.page == page and block.language == 'python']
@@ -148,8 +148,7 @@ def test_shell_block_runs(block, tmp_path):
 @pytest.mark.parametrize('block', SHELL, ids=str)
 def test_commands_of_a_shell_block_are_there(block):
     """Blocks that are not run are also checked: each program exists and has the options."""
-    checked = subprocess.run(['bash', '-n', '-c', block.code], capture_output=True, text=True,
-                             check=False)
+    checked = completed('bash', '-n', '-c', block.code)
     assert (checked.returncode, checked.stderr) == (0, '')
     for line in _HERE_DOCUMENT.sub('', block.code).splitlines():
         # The rest is for ROS, or another program's command line.

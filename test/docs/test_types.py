@@ -9,11 +9,10 @@ import os
 from pathlib import Path
 import re
 import shutil
-import subprocess
 import sys
 
 from pages import blocks_of, program, REPOSITORY
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 
 USES = Path(__file__).with_name('typed_uses.py')
@@ -76,10 +75,8 @@ def folder(tmp_path_factory):
 def errors(request, folder):
     """Run a type checker as a user with this package installed; return its errors by file."""
     pytest.importorskip(request.param)
-    done = subprocess.run(
-        [sys.executable, '-m', *CHECKERS[request.param]], cwd=folder, capture_output=True,
-        text=True, timeout=4 * PATIENCE_S, check=False,
-        env={**os.environ, 'MYPYPATH': str(REPOSITORY)})
+    done = completed(sys.executable, '-m', *CHECKERS[request.param], cwd=folder,
+                     timeout=4 * PATIENCE_S, env={**os.environ, 'MYPYPATH': str(REPOSITORY)})
     assert done.returncode == 1, done.stdout + done.stderr
     errors = {file.stem: {} for file in folder.glob('*.py')}
     for line in done.stdout.splitlines():

@@ -4,10 +4,7 @@
 """Helpers of the tests of the drop-in."""
 
 import os
-import subprocess
 import sys
-
-from ros_helpers import PATIENCE_S
 
 # The beginning of a program: its listener has received an edge, and its node was never spun.
 LISTENS = """
@@ -31,5 +28,4 @@ def run(*arguments, path='', **options):
     """Run Python; the packages on its path are found as if they were installed."""
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(
         [str(path), os.environ.get('PYTHONPATH', '')])}
-    return subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True,
-                          env=environment, timeout=PATIENCE_S, check=False, **options)
+    return completed(sys.executable, *map(str, arguments), env=environment, **options)

@@ -4,9 +4,8 @@
 """The reason of a missing transform, in tf2's words, and broadcasters' errors, by tf2's class."""
 
 import json
-import subprocess
 
-from programs import PATIENCE_S
+from programs import completed
 from standin import standin_env
 
 PROGRAM = """
@@ -53,8 +52,7 @@ print(json.dumps(answers))
 def answers(tmp_path, *command):
     program = tmp_path / 'program.py'
     program.write_text(PROGRAM)
-    done = subprocess.run(['python3', *command, str(program)], env=standin_env(), text=True,
-                          capture_output=True, timeout=PATIENCE_S, check=False)
+    done = completed('python3', *command, str(program), env=standin_env())
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -4,9 +4,8 @@
 """``from tf2_ros import *`` imports the same names as tf2's, also those of Python and numpy."""
 
 import json
-import subprocess
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from standin import standin_env
 
@@ -40,8 +39,7 @@ print(json.dumps([name for name in sys.modules if '._' not in name and (
 def output_of(code, tmp_path, *command):
     program = tmp_path / 'program.py'
     program.write_text(code)
-    done = subprocess.run(['python3', *command, str(program)], env=standin_env(), text=True,
-                          capture_output=True, timeout=PATIENCE_S, check=False)
+    done = completed('python3', *command, str(program), env=standin_env())
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -72,8 +70,7 @@ def test_star_imports_hand_over_what_those_of_tf2_do(tmp_path):
 def test_program_that_relies_on_a_star_import_runs(tmp_path, use):
     program = tmp_path / 'program.py'
     program.write_text(use)
-    done = subprocess.run(['python3', '-m', 'tf_tree_py.dropin', '--force', str(program)],
-                          capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed('python3', '-m', 'tf_tree_py.dropin', '--force', str(program))
     assert done.returncode == 0, done.stderr
 
 

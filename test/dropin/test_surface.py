@@ -5,10 +5,9 @@
 
 import json
 from pathlib import Path
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from standin import standin_env
 
@@ -41,9 +40,7 @@ OTHER_PARAMETERS_IN_OURS = {
 
 
 def surface(*command, package, names=''):
-    done = subprocess.run(['python3', *command, str(PROGRAM), package], input=names,
-                          env=standin_env(), capture_output=True, text=True, timeout=PATIENCE_S,
-                          check=False)
+    done = completed('python3', *command, str(PROGRAM), package, input=names, env=standin_env())
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -25,7 +25,7 @@ from fleet_helpers import (
     session_at,
     x_of,
 )
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 from tf_tree_py.core import Sample
 from tf_tree_py.fleet import (
@@ -263,8 +263,7 @@ def test_work_that_hangs_is_waited_for_only_a_moment():
 
 def test_publisher_may_be_closed_when_the_interpreter_ends(router):
     """Python starts no more threads then."""
-    ended = subprocess.run([sys.executable, '-c', AT_EXIT, router.endpoint], timeout=PATIENCE_S,
-                           capture_output=True, text=True, check=False)
+    ended = completed(sys.executable, '-c', AT_EXIT, router.endpoint)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, 'closed\n', '')
 
 
@@ -280,8 +279,7 @@ def test_program_ends_normally_while_the_rest_is_still_being_closed():
 
 def test_program_ends_normally_while_a_thread_sends(router):
     """Zenoh aborts a process whose daemon threads are in its calls when Python ends."""
-    ended = subprocess.run([sys.executable, '-c', SENDS_UNTIL_THE_END, router.endpoint],
-                           timeout=PATIENCE_S, capture_output=True, text=True, check=False)
+    ended = completed(sys.executable, '-c', SENDS_UNTIL_THE_END, router.endpoint)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, '', '')
 
 
@@ -298,8 +296,7 @@ def test_end_of_a_program_waits_for_calls_in_its_own_threads(source, before):
 
 
 def test_no_thread_begins_a_call_after_that():
-    ended = subprocess.run([sys.executable, '-c', BEGINS_A_CALL_TOO_LATE], timeout=PATIENCE_S,
-                           capture_output=True, text=True, check=False)
+    ended = completed(sys.executable, '-c', BEGINS_A_CALL_TOO_LATE)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, 'ended\n', '')
 
 

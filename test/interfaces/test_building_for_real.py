@@ -4,11 +4,10 @@
 """tf2_msgs is built into an environment and kept for the next one, unless it is broken."""
 
 from pathlib import Path
-import subprocess
 import sys
 import sysconfig
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from tf_tree_py.interfaces.building import build, CannotBuild, find, sources
 from tf_tree_py.interfaces.kept import Kept
@@ -75,8 +74,7 @@ def test_build_is_complete_and_kept_and_not_trusted_if_it_is_broken(tmp_path, mo
     with monkeypatch.context() as inside:
         inside.setenv('PYTHONPATH', packages)
         inside.setenv('LD_LIBRARY_PATH', str(first / 'lib'), prepend=':')
-        done = subprocess.run([sys.executable, '-c', USE], capture_output=True, text=True,
-                              timeout=PATIENCE_S, check=False)
+        done = completed(sys.executable, '-c', USE)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [
         f'{packages}/tf2_msgs/__init__.py', TYPE_HASHES['tf2_msgs/msg/TFMessage']]

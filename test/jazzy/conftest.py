@@ -13,7 +13,7 @@ import warnings
 
 from conditions import repeated
 from domains import claim
-from programs import PATIENCE_S, Program
+from programs import completed, PATIENCE_S, Program
 import pytest
 from standin import standin_env
 
@@ -44,8 +44,7 @@ def env():
 @pytest.fixture(scope='module')
 def run(env):
     """Run commands to their end; return their status and their output."""
-    return lambda *command: subprocess.run(
-        command, env=env, capture_output=True, text=True, timeout=4 * PATIENCE_S, check=False)
+    return lambda *command: completed(*command, env=env, timeout=4 * PATIENCE_S)
 
 
 class Session:

@@ -5,9 +5,8 @@
 
 import json
 from pathlib import Path
-import subprocess
 
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 
 PROGRAM = Path(__file__).with_name('two_clients.py')
@@ -25,8 +24,7 @@ def said(env, package, start_for_all):
     server = start_for_all('ros2', 'run', package, 'buffer_server')
     # These folders are on the path for the modules that other programs and tests share.
     found = {**env, 'PYTHONPATH': f'{PROGRAM.parent}:{PROGRAM.parents[1]}:{env["PYTHONPATH"]}'}
-    done = subprocess.run(['python3', str(PROGRAM)], env=found, capture_output=True, text=True,
-                          timeout=4 * PATIENCE_S, check=False)
+    done = completed('python3', str(PROGRAM), env=found, timeout=4 * PATIENCE_S)
     server.interrupt()
     server.end()
     assert done.returncode == 0, done.stderr

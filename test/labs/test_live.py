@@ -13,7 +13,7 @@ import subprocess
 import sys
 import threading
 
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 from tf_tree_py.core import LookupException
 from tf_tree_py.labs.live import (
@@ -184,8 +184,7 @@ sys.exit(main(['tf_lab', sys.argv[1], '--ros']))
 
 @pytest.mark.parametrize('name', ['latency', 'startup', 'cycle', 'remount', 'static-spam'])
 def test_ctrl_c_while_a_lab_starts_ends_it(name):
-    done = subprocess.run([sys.executable, '-c', _PRESSED, name], capture_output=True, text=True,
-                          timeout=PATIENCE_S, start_new_session=True, check=False)
+    done = completed(sys.executable, '-c', _PRESSED, name, start_new_session=True)
     assert (done.returncode, done.stdout) == (130, '')
     assert_nothing_but_progress(done.stderr)
 

@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 from lab_reports import report_of
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 from tf_tree_py.labs import pictures
 from tf_tree_py.labs.catalogue import LABS
@@ -115,8 +115,7 @@ _NOTHING_INSTALLED = 'import sys; sys.modules.update(rclpy=None, matplotlib=None
 
 
 def _alone(code):
-    return subprocess.run([sys.executable, '-c', _NOTHING_INSTALLED + code], check=False,
-                          capture_output=True, text=True, timeout=PATIENCE_S)
+    return completed(sys.executable, '-c', _NOTHING_INSTALLED + code)
 
 
 def test_labs_run_without_ros_and_without_matplotlib():

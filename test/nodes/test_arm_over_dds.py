@@ -6,10 +6,9 @@
 import json
 import os
 from pathlib import Path
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -21,9 +20,7 @@ def command(*arguments, python=PYTHON):
         'TF_TREE_PY_ARM_PYTHON': str(python),
         'PYTHONPATH': os.pathsep.join(filter(None, (str(REPOSITORY),
                                                     os.environ.get('PYTHONPATH'))))}
-    return subprocess.run([sys.executable, '-m', 'examples.arm.ros', *arguments],
-                          env=environment, timeout=PATIENCE_S, capture_output=True, text=True,
-                          check=False)
+    return completed(sys.executable, '-m', 'examples.arm.ros', *arguments, env=environment)
 
 
 def test_block_is_picked_by_the_stamp_of_an_image_over_dds():

@@ -8,11 +8,10 @@ A node that waits for a thread in its destruction must therefore not wait for on
 lock. Nodes whose constructor raised are also destroyed.
 """
 
-import subprocess
 import sys
 import textwrap
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 
 LISTENERS = """
@@ -97,7 +96,6 @@ def test_shutdown_ends_with_every_node_alive(made, how):
         from tf_tree_py import Buffer, BufferClient, CovarianceListener, TransformListener
         rclpy.init(args=[])
     """) + textwrap.dedent(made) + f'\n{how}\nprint("ended")\n'
-    done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                          timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, '-c', program)
     assert (done.returncode, done.stdout) == (0, 'ended\n'), done.stderr
     assert 'Traceback' not in done.stderr

@@ -13,12 +13,11 @@ from importlib.metadata import distribution
 import json
 import os
 from pathlib import Path
-import subprocess
 import sys
 
 from bags import LATCHED, Message, write_ros2
 from calibration_scenes import EDGE, scene, START
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 import tf_tree_py
 
@@ -149,10 +148,8 @@ def folder(tmp_path_factory):
 def run(program, *arguments):
     """Run a program with the package that is tested."""
     paths = [str(Path(tf_tree_py.__file__).parents[1]), os.environ.get('PYTHONPATH', '')]
-    return subprocess.run(
-        [sys.executable, '-W', 'ignore', '-c', program, *arguments], capture_output=True,
-        text=True, check=False, timeout=PATIENCE_S,
-        env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
+    return completed(sys.executable, '-W', 'ignore', '-c', program, *arguments,
+                     env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)})
 
 
 @pytest.mark.parametrize(('name', 'arguments'), STARTS,

@@ -9,7 +9,7 @@ from pathlib import Path
 import signal
 import subprocess
 
-from programs import executable, PATIENCE_S
+from programs import completed, executable, PATIENCE_S
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -66,8 +66,7 @@ def heard_of():
 
 def refusal(command, env):
     """Return the exit status and the output of a program that ends by itself."""
-    done = subprocess.run(command, env=env, stdin=subprocess.DEVNULL, capture_output=True,
-                          text=True, timeout=PATIENCE_S, check=False)
+    done = completed(*command, env=env, stdin=subprocess.DEVNULL)
     return done.returncode, done.stderr
 
 

@@ -6,10 +6,9 @@
 from importlib.metadata import distribution
 import os
 from pathlib import Path
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 import tf_tree_py
 
@@ -42,9 +41,8 @@ sys.exit(script.load()())
 
 @pytest.mark.parametrize('name', EXECUTABLES)
 def test_executable_says_in_one_line_that_there_is_no_ros(name, tmp_path):
-    ended = subprocess.run(
-        [sys.executable, '-c', SCRIPT, name, *ARGUMENTS.get(name, [])], cwd=tmp_path,
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False,
+    ended = completed(
+        sys.executable, '-c', SCRIPT, name, *ARGUMENTS.get(name, []), cwd=tmp_path,
         env={**os.environ, 'PYTHONPATH': os.pathsep.join(
             [str(Path(tf_tree_py.__file__).parents[1]), os.environ.get('PYTHONPATH', '')])})
     assert ended.returncode == 2

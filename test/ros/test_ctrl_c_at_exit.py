@@ -7,10 +7,9 @@ Ctrl-C once more, while Python exits: ``timeout -s INT`` sends two signals.
 Python would stop a thread that is left inside rclpy, which aborts the process (docs/ending.md).
 """
 
-import subprocess
 import sys
 
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 
 PROGRAM = """
@@ -38,7 +37,6 @@ atexit.register(sys.setprofile, interrupt)
 
 @pytest.mark.parametrize('function', ['_close_all', 'close', 'stop'])
 def test_ctrl_c_while_python_exits_leaves_no_thread(function):
-    done = subprocess.run([sys.executable, '-c', PROGRAM, function], capture_output=True,
-                          text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, '-c', PROGRAM, function)
     assert done.stdout == 'interrupted\n\n', done.stderr
     assert done.returncode == 0, done.stderr

@@ -4,11 +4,10 @@
 """The status of edges on /diagnostics."""
 
 import queue
-import subprocess
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from programs import executable, Program, without
+from programs import completed, executable, Program, without
 import pytest
 from ros_helpers import at, lasting, PATIENCE_S, simulated_clock, transform, until
 from tf2_msgs.msg import TFMessage
@@ -306,8 +305,7 @@ def test_buffer_server_publishes_if_a_parameter_says_so(published, talker, conte
 
 
 def test_bad_parameter_and_missing_messages_are_one_sentence_each():
-    done = subprocess.run([sys.executable, '-c', WITHOUT_DIAGNOSTIC_MSGS], capture_output=True,
-                          text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, '-c', WITHOUT_DIAGNOSTIC_MSGS)
     of_package, *of_server = done.stderr.splitlines()
     assert of_package.startswith(
         'tf_tree_py.TransformDiagnostics needs ROS 2, and diagnostic_msgs is not installed')

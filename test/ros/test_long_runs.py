@@ -6,7 +6,6 @@
 from itertools import islice
 import os
 from pathlib import Path
-import subprocess
 import sys
 import time
 
@@ -14,7 +13,7 @@ from benchmark import motion
 from benchmark.processes.hostile_publisher import ATTACKS
 from benchmark.processes.tick_looker import GUARDED, TICK, TickLooker
 from benchmark.resources import cpu_s_of, levels_off, MB, Use, use_of
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core.messages.sample import Sample
@@ -82,9 +81,7 @@ def test_use_of_a_process_is_what_the_system_counts():
     ('long', ('tf_tree_py 2: ', 'lookups without an answer')),
     ('hostile', ('of 300 missed, 0 wrong', 'lookups without an answer'))])
 def test_short_run_tells_how_it_went(scenario, lines):
-    ended = subprocess.run(
-        [sys.executable, '-m', 'benchmark.long_runs', scenario, '--minutes', '0.05'],
-        cwd=Path(__file__).parents[2], timeout=PATIENCE_S, capture_output=True, text=True,
-        check=False)
+    ended = completed(sys.executable, '-m', 'benchmark.long_runs', scenario, '--minutes', '0.05',
+                      cwd=Path(__file__).parents[2])
     for line in (*lines, 'load average: before '):
         assert line in ended.stdout, ended.stderr

@@ -6,12 +6,11 @@
 import ast
 from importlib import import_module
 import inspect
-import subprocess
 import sys
 import textwrap
 
 from inputs import for_each
-from programs import PATIENCE_S, without
+from programs import completed, without
 import pytest
 import tf_tree_py
 from tf_tree_py import Buffer, TransformBroadcaster, TransformListener
@@ -32,9 +31,7 @@ def parameters(function):
 
 def run(program, *missing):
     """Run a program without some packages; return what it printed, read as a Python value."""
-    done = subprocess.run(
-        [sys.executable, '-c', without(*missing) + textwrap.dedent(program)],
-        capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = completed(sys.executable, '-c', without(*missing) + textwrap.dedent(program))
     assert (done.returncode, done.stderr) == (0, '')
     return ast.literal_eval(done.stdout)
 

@@ -6,11 +6,10 @@
 import os
 from pathlib import Path
 import shutil
-import subprocess
 import sys
 
 from ament_index_python.packages import get_package_prefix
-from programs import PATIENCE_S
+from programs import completed
 from tf_tree_py.interfaces.type_hashes import differing
 
 PREFIX = get_package_prefix('tf2_msgs')
@@ -18,9 +17,8 @@ PREFIX = get_package_prefix('tf2_msgs')
 
 def interfaces(**variables):
     """Run the command that builds tf2_msgs; return its status and its output."""
-    done = subprocess.run([sys.executable, '-m', 'tf_tree_py.interfaces'], capture_output=True,
-                          text=True, timeout=PATIENCE_S, check=False,
-                          env={**os.environ, **variables})
+    done = completed(sys.executable, '-m', 'tf_tree_py.interfaces',
+                     env={**os.environ, **variables})
     return done.returncode, done.stdout + done.stderr
 
 

@@ -8,7 +8,6 @@ import csv
 from html.parser import HTMLParser
 import json
 import os
-import subprocess
 import sys
 from unittest.mock import patch
 import zipfile
@@ -16,7 +15,7 @@ import zipfile
 from bags import file_of, Message, START, write_ros2
 from deadly import Deadly
 from patients import FAULTY, HEALTHY
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from tf_tree_py.core import Pose
 from tf_tree_py.tools.archive.jobs import BagPath, bags_in, done, Ledger
@@ -252,8 +251,7 @@ sys.exit(main())
 
 
 def test_missing_dask_is_one_sentence(archive, tmp_path):
-    done = subprocess.run([sys.executable, '-c', HIDDEN, 'report', archive / 'well'], text=True,
-                          capture_output=True, check=False, cwd=tmp_path, timeout=PATIENCE_S)
+    done = completed(sys.executable, '-c', HIDDEN, 'report', archive / 'well', cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, '')
     line, = done.stderr.splitlines()
     assert line.startswith('tf_archive: ') and 'pip install distributed' in line
@@ -262,8 +260,7 @@ def test_missing_dask_is_one_sentence(archive, tmp_path):
 def test_own_workers_of_a_real_process_leave_nothing_behind(archive, tmp_path):
     command = [sys.executable, '-m', 'tf_tree_py.tools.tf_archive', 'report', archive / 'well',
                '--workers', '1', '--json']
-    done = subprocess.run(command, text=True, capture_output=True, check=False, cwd=tmp_path,
-                          timeout=PATIENCE_S)
+    done = completed(*command, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, '')
     assert json.loads(done.stdout)['outcomes'] == {'fine': 1}
     assert sorted(path.name for path in tmp_path.iterdir()) == ['archive_report']

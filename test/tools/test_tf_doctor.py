@@ -11,7 +11,7 @@ import threading
 
 from bags import write_ros2
 from patients import FAULTY, HEALTHY
-from programs import PATIENCE_S, Program
+from programs import completed, PATIENCE_S, Program
 import pytest
 from tool_helpers import documented
 
@@ -19,8 +19,7 @@ COMMAND = (sys.executable, '-m', 'tf_tree_py.tools.tf_doctor')
 
 
 def doctor(*arguments, **options):
-    return subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False,
-                          timeout=PATIENCE_S, **options)
+    return completed(*COMMAND, *arguments, **options)
 
 
 @pytest.fixture(scope='module')
@@ -101,8 +100,7 @@ sys.exit(main())
     ('rclpy', [], 'a live tree needs ROS 2, and rclpy is not installed')])
 def test_what_is_not_installed_is_one_sentence(bags, missing, arguments, sentence):
     arguments = [bags.get(each, each) for each in arguments]
-    done = subprocess.run([sys.executable, '-c', HIDDEN, missing, *arguments],
-                          capture_output=True, text=True, check=False)
+    done = completed(sys.executable, '-c', HIDDEN, missing, *arguments)
     assert (done.returncode, done.stdout) == (2, '')
     line, = done.stderr.splitlines()
     assert line.startswith('tf_doctor: ') and sentence in line

@@ -10,7 +10,7 @@ import sys
 
 from bags import BEST_EFFORT, JAZZY, LATCHED, Message, SECOND, write_ros2
 import numpy as np
-from programs import PATIENCE_S
+from programs import completed
 import pytest
 from tf_tree_py.bag import open_bag
 from tf_tree_py.core import Pose
@@ -49,8 +49,7 @@ def bag(tmp_path_factory):
 
 
 def export(*arguments, **options):
-    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True,
-                          check=False, timeout=PATIENCE_S, **options)
+    return completed(*COMMAND, *map(str, arguments), **options)
 
 
 def read(path, form):

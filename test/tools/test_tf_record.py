@@ -7,7 +7,6 @@ import json
 import os
 import resource
 import signal
-import subprocess
 import sys
 import threading
 
@@ -15,7 +14,7 @@ from bags import write_ros2
 from conditions import until
 from hand_clock import HandClock
 from patients import FAULTY, HEALTHY
-from programs import PATIENCE_S
+from programs import completed, PATIENCE_S
 import pytest
 from tf_tree_py.tools import tf_record
 from tool_helpers import assert_one_sentence, assert_shape, command, tool
@@ -74,10 +73,9 @@ def on_full_disk(name, *arguments):
     Python would store truncated bytecode of what the tool is the first to import, and every later
     import of it would fail.
     """
-    return subprocess.run(
-        [*command(name), *map(str, arguments)], capture_output=True, text=True, check=False,
-        timeout=PATIENCE_S, env={**os.environ, 'PYTHONDONTWRITEBYTECODE': '1'},
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
+    return completed(*command(name), *map(str, arguments),
+                     env={**os.environ, 'PYTHONDONTWRITEBYTECODE': '1'},
+                     preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
 
 
 def test_bag_that_cannot_be_written_is_no_success(bags, tmp_path):

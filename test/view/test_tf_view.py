@@ -8,13 +8,12 @@ import os
 import re
 import signal
 import socket
-import subprocess
 import sys
 
 from bags import Message, SECOND, write_ros2
 import numpy as np
 from open_page import OpenPage
-from programs import executable, PATIENCE_S, Program
+from programs import completed, executable, Program
 import pytest
 
 pytest.importorskip('viser', reason='pages need viser')
@@ -78,8 +77,7 @@ def listening(port):
     (['--ros-args', '--nonsense'], 'unknown ROS arguments'),
 ])
 def test_mistake_gets_one_sentence(arguments, sentence):
-    done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, check=False,
-                          timeout=PATIENCE_S)
+    done = completed(*COMMAND, *arguments)
     assert done.returncode == 2, done.stdout
     assert sentence in done.stderr
     assert done.stderr.count('\n') == 1 and done.stdout == ''
@@ -88,8 +86,7 @@ def test_mistake_gets_one_sentence(arguments, sentence):
 def test_port_that_is_taken_gets_one_sentence(bag):
     with closing(socket.create_server(('127.0.0.1', 0))) as taken:
         port = taken.getsockname()[1]
-        done = subprocess.run([*COMMAND, '--bag', bag, '--port', str(port)], capture_output=True,
-                              text=True, check=False, timeout=PATIENCE_S)
+        done = completed(*COMMAND, '--bag', bag, '--port', str(port))
     assert done.returncode == 2
     assert f'cannot listen on 127.0.0.1:{port}: ' in done.stderr
 
@@ -98,8 +95,7 @@ def test_without_viser_it_says_what_to_install(bag):
     program = ("import sys; sys.modules['viser'] = None; "
                'from tf_tree_py.view.tf_view import main; '
                f'sys.exit(main(["tf_view", "--bag", {str(bag)!r}]))')
-    done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                          check=False, timeout=PATIENCE_S)
+    done = completed(sys.executable, '-c', program)
     assert done.returncode == 2
     assert 'pip install viser' in done.stderr and done.stderr.count('\n') == 1
 
