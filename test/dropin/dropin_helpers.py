@@ -6,6 +6,8 @@
 import os
 import sys
 
+from programs import completed
+
 # The beginning of a program: its listener has received an edge, and its node was never spun.
 LISTENS = """
     import rclpy

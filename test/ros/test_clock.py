@@ -281,7 +281,8 @@ def end_to_listen(buffer, early, late):
 @pytest.mark.parametrize('follow', [lend, begin_to_listen, end_to_listen])
 def test_stamps_are_compared_with_the_clock_that_is_followed_now(follow):
     buffer = Buffer(max_future=lasting(1.0))
-    following = follow(buffer, *(ClockSource(sim_clock(seconds)) for seconds in (10.0, 1000.0)))
+    early, late = (ClockSource(simulated_clock(seconds)) for seconds in (10.0, 1000.0))
+    following = follow(buffer, early, late)
     next(following)
     assert buffer.set_transform(transform('map', 'base', 1000), 'me')
     next(following, None)
