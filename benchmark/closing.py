@@ -4,7 +4,7 @@
 """
 How long closing a fleet's connections takes, for each state of the router.
 
-``python -m benchmark.closing`` starts a program for each kind of connection and each state. It
+``python -m benchmark.closing`` starts a program for each end of a connection and each state. It
 measures ``close()``, the longest pause of another thread of the program meanwhile, and the time
 until the program has ended after that. The router of each state is this process: it is killed, it
 hangs (SIGSTOP), or it hangs and continues (SIGCONT) when ``close()`` has returned.
@@ -35,7 +35,7 @@ from tf_tree_py.fleet.connection import Uplink
 from .counting_link import free_port
 from .worker import Worker
 
-_KINDS = ('listener', 'uplink', 'publisher', 'session')
+_ENDPOINTS = ('listener', 'uplink', 'publisher', 'session')
 _STATES = ('answers', 'killed', 'hangs', 'hangs, continues', 'hangs, link full',
            'hangs, static waits', 'hangs on its return', 'hangs from the start')
 _SETTLE_S = 2.0
@@ -62,11 +62,11 @@ class _Pauses(threading.Thread):
             self.longest = max(self.longest, time.monotonic() - before)
 
 
-def _begin(kind: str, address: str) -> tuple[Callable[[], object], Callable[[bool], object]]:
+def _begin(endpoint: str, address: str) -> tuple[Callable[[], object], Callable[[bool], object]]:
     """Open a connection; return how to close it, and how to send a large message over it."""
-    if kind == 'listener':
+    if endpoint == 'listener':
         return FleetListener(address).close, lambda static: None
-    if kind == 'uplink':
+    if endpoint == 'uplink':
         uplink = Uplink(address, 'robot7')
         return uplink.close, lambda static: uplink._publisher and (
             uplink._publisher.send_static(_LARGE) if static else uplink._publisher.send(_LARGE))
@@ -74,7 +74,7 @@ def _begin(kind: str, address: str) -> tuple[Callable[[], object], Callable[[boo
         session = open_session(configuration(address), 2 * _SETTLE_S)
         _sessions.append(session)
         robot = RobotPublisher(session, 'robot7')
-        return (robot.close if kind == 'publisher' else lambda: close_session(session),
+        return (robot.close if endpoint == 'publisher' else lambda: close_session(session),
                 lambda static: robot.send_static(_LARGE) if static else robot.send(_LARGE))
     return lambda: None, lambda static: None
 
@@ -85,10 +85,10 @@ def _send_for_ever(send: Callable[[bool], object]) -> None:
             send(True)
 
 
-def program(kind: str, state: str, address: str) -> None:
+def program(endpoint: str, state: str, address: str) -> None:
     """Open a connection, wait for the state of the router, and close it."""
     pauses = _Pauses()
-    close, send = _begin(kind, address)
+    close, send = _begin(endpoint, address)
     print('open', flush=True)
     sys.stdin.readline()
     if state == 'hangs, link full':
@@ -103,13 +103,13 @@ def program(kind: str, state: str, address: str) -> None:
     close()
     print(time.monotonic() - begin, pauses.longest, flush=True)
     sys.stdin.readline()
-    if kind == 'publisher':
+    if endpoint == 'publisher':
         close_session(_sessions[0])
 
 
 # --- the measurement
 
-def measure(kind: str, state: str) -> tuple[float, float, float, int]:
+def measure(endpoint: str, state: str) -> tuple[float, float, float, int]:
     """Return the times of closing, of the longest pause and of the end, and the exit status."""
     address, server = f'tcp/127.0.0.1:{free_port()}', None
     router: Worker | None = _router(address)
@@ -117,7 +117,7 @@ def measure(kind: str, state: str) -> tuple[float, float, float, int]:
     other = _child('listener', 'answers', address)
     if state == 'hangs from the start':
         os.kill(router.pid, signal.SIGSTOP)
-    one = _child(kind, state, address)
+    one = _child(endpoint, state, address)
     time.sleep(_SETTLE_S)
     if state.startswith('hangs') and router is not None and state != 'hangs on its return':
         os.kill(router.pid, signal.SIGSTOP)
@@ -168,7 +168,7 @@ def main() -> int:
     """Parse the arguments and run it."""
     parser = argparse.ArgumentParser(prog='python -m benchmark.closing', description=__doc__)
     parser.add_argument('--program', nargs=3, help=argparse.SUPPRESS)
-    parser.add_argument('--kinds', nargs='+', choices=_KINDS, default=_KINDS)
+    parser.add_argument('--kinds', nargs='+', choices=_ENDPOINTS, default=_ENDPOINTS)
     parser.add_argument('--states', nargs='+', choices=_STATES, default=_STATES)
     options = parser.parse_args()
     if options.program:
@@ -176,11 +176,12 @@ def main() -> int:
         return 0
     worst = 0.0
     for state in options.states:
-        for kind in options.kinds:
-            closing_s, pause_s, end_s, status = measure(kind, state)
+        for endpoint in options.kinds:
+            closing_s, pause_s, end_s, status = measure(endpoint, state)
             worst = max(worst, closing_s)
-            print(f'{state:<22}{kind:<11}close {closing_s:5.2f} s   longest pause {pause_s:5.2f} s'
-                  f'   end {end_s:5.2f} s   status {status}', flush=True)
+            print(f'{state:<22}{endpoint:<11}close {closing_s:5.2f} s   '
+                  f'longest pause {pause_s:5.2f} s   end {end_s:5.2f} s   status {status}',
+                  flush=True)
     return 0 if worst <= 2.0 else 1
 
 

@@ -24,13 +24,13 @@ class Panel(NamedTuple):
     """
     One panel.
 
-    :ivar group: of its rows, whose names begin with ``kind``.
+    :ivar group: of its rows, whose names begin with ``quantity``.
     :ivar logarithmic: whether the values span decades; otherwise their axis begins at zero.
     :ivar part: of the rounds: 'least', 'median' or 'greatest'.
     """
 
     group: str
-    kind: str
+    quantity: str
     title: str
     across: str
     up: str
@@ -67,7 +67,7 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
     :param looks: the line and the marker of each contestant in all plots.
     :param long_names: of the contestants.
     """
-    found = {(panel.group, panel.kind): list(points_of(rows, panel)) for panel in PANELS}
+    found = {(panel.group, panel.quantity): list(points_of(rows, panel)) for panel in PANELS}
     if not any(found.values()):
         return None
     from matplotlib.figure import Figure
@@ -76,7 +76,7 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
     panels = drawing.subplots(3, 3)
     legend = {}
     for axes, panel in zip(panels.flat, PANELS, strict=True):
-        points = found[panel.group, panel.kind]
+        points = found[panel.group, panel.quantity]
         for name in ORDER:
             line = [(size, values[name]) for size, values in points if name in values]
             if line:
@@ -95,7 +95,7 @@ def figure(rows: Sequence[Row], looks: Mapping[str, Mapping[str, Any]],
 def points_of(rows: Sequence[Row], panel: Panel) -> Iterator[tuple[int, dict[str, float]]]:
     """Yield each size with this part of the rounds of every contestant."""
     for row in rows:
-        named = re.fullmatch(re.escape(panel.kind) + r', ([\d,]+) \w+', row.name)
+        named = re.fullmatch(re.escape(panel.quantity) + r', ([\d,]+) \w+', row.name)
         if row.group == panel.group and named:
             yield int(named[1].replace(',', '')), {
                 name: getattr(spread(values), panel.part) for name, values in row.values.items()}

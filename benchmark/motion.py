@@ -109,8 +109,8 @@ def humanoid() -> Robot:
     A joint is a pair of links, fixed joints included, as in a URDF. The hand camera
     is 12 edges below the map; 5 of those move.
     """
-    edges = [Edge(parent, child, kind == 'fixed', number)
-             for number, (parent, child, kind) in enumerate(_humanoid_links())]
+    edges = [Edge(parent, child, joint_type == 'fixed', number)
+             for number, (parent, child, joint_type) in enumerate(_humanoid_links())]
     return Robot(edges, 'map', 'left_hand_camera')
 
 
@@ -118,9 +118,9 @@ def robot(name: str) -> Robot:
     """Return a robot by name: 'humanoid', 'chain5', 'staggered3', 'wide100'."""
     if name == 'humanoid':
         return humanoid()
-    kind = name.rstrip('0123456789')
-    number = int(name[len(kind):])
-    return wide(number) if kind == 'wide' else chain(number, staggered=kind == 'staggered')
+    shape = name.rstrip('0123456789')
+    number = int(name[len(shape):])
+    return wide(number) if shape == 'wide' else chain(number, staggered=shape == 'staggered')
 
 
 def _humanoid_links() -> list[tuple[str, str, str]]:
@@ -145,8 +145,8 @@ def _humanoid_links() -> list[tuple[str, str, str]]:
 
 def _limb(side: str, parent: str, joints: dict[str, str]) -> list[tuple[str, str, str]]:
     links = []
-    for joint, kind in joints.items():
-        links.append((parent, f'{side}_{joint}', kind))
+    for joint, joint_type in joints.items():
+        links.append((parent, f'{side}_{joint}', joint_type))
         parent = f'{side}_{joint}'
     return links
 

@@ -121,16 +121,16 @@ def bench_messages(rounds: int) -> None:
 
 def cloud_of(point_step: int, code: str = '<f4') -> PointCloud2:
     """Return a cloud with random points and times, ``point_step`` bytes per point."""
-    kind = np.dtype(code)
+    dtype = np.dtype(code)
     record = np.zeros(POINTS, dtype={
-        'names': ['x', 'y', 'z', 't'], 'formats': [kind, kind, kind, '<u4'],
-        'offsets': [0, kind.itemsize, 2 * kind.itemsize, point_step - 4],
+        'names': ['x', 'y', 'z', 't'], 'formats': [dtype, dtype, dtype, '<u4'],
+        'offsets': [0, dtype.itemsize, 2 * dtype.itemsize, point_step - 4],
         'itemsize': point_step})
     rng = np.random.default_rng(1)
     for name in 'xyz':
         record[name] = rng.normal(size=POINTS) * 20.0
     record['t'] = np.linspace(0, NANOSECONDS_PER_SECOND // 10, POINTS)
-    datatype = PointField.FLOAT32 if kind.itemsize == 4 else PointField.FLOAT64
+    datatype = PointField.FLOAT32 if dtype.itemsize == 4 else PointField.FLOAT64
     fields = [PointField(name=name, offset=record.dtype.fields[name][1], count=1,
                          datatype=datatype if name in 'xyz' else PointField.UINT32)
               for name in record.dtype.names]

@@ -47,9 +47,9 @@ def samples(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     for size in SAMPLES[:effort.sizes]:
         exercises = contestants.exercises(
             Task(f'chain{_DEPTH}', size / _SAMPLES_A_SECOND, False, count, anywhere=True), _ALL)
-        for kind, latest in ('old stamp', False), ('latest', True):
+        for quantity, latest in ('old stamp', False), ('latest', True):
             for name, exercise in exercises.items():
-                turns[kind, size, name] = partial(_turn, exercise, latest, count)
+                turns[quantity, size, name] = partial(_turn, exercise, latest, count)
     yield from rows_by_size('growth_samples', 'samples', {'old stamp': 'us', 'latest': 'us'},
                             interleave(turns, effort.streams))
 
@@ -142,26 +142,26 @@ def lookups_a_second(look: Callable[[], Any], number: int, lookups: int) -> floa
 def rows_by_size(group: str, noun: str, units: Mapping[str, str],
                  rounds: Mapping[tuple[str, int, str], Sequence[float]]) -> Iterator[Row]:
     """
-    Yield a row per kind of measurement and size, compared with others and the smallest size.
+    Yield a row per quantity and size, compared with others and the smallest size.
 
-    :param units: of each kind.
-    :param rounds: the values by kind, size and contestant.
+    :param units: of each quantity.
+    :param rounds: the values by quantity, size and contestant.
     """
-    for kind, unit in units.items():
+    for quantity, unit in units.items():
         smallest: Row | None = None
-        for size in dict.fromkeys(size for known, size, _ in rounds if known == kind):
-            row = Row(group, row_name(kind, size, noun), unit, {
+        for size in dict.fromkeys(size for known, size, _ in rounds if known == quantity):
+            row = Row(group, row_name(quantity, size, noun), unit, {
                 name: list(values) for (known, number, name), values in rounds.items()
-                if (known, number) == (kind, size)})
+                if (known, number) == (quantity, size)})
             smallest = smallest or row
             if unit != '%':
                 _compare(row, smallest)
             yield row
 
 
-def row_name(kind: str, size: int, noun: str) -> str:
-    """Return the name of a row, from which ``growth_plot`` reads the kind and the size."""
-    return f'{kind}, {size:,} {noun.removesuffix("s") if size == 1 else noun}'
+def row_name(quantity: str, size: int, noun: str) -> str:
+    """Return the name of a row, from which ``growth_plot`` reads the quantity and the size."""
+    return f'{quantity}, {size:,} {noun.removesuffix("s") if size == 1 else noun}'
 
 
 def _compare(row: Row, smallest: Row) -> None:

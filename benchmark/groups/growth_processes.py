@@ -30,7 +30,7 @@ _STORED = 200_000
 # Each run at a rate sends thousands of messages, so shorter and fewer ones than elsewhere suffice.
 _LONGEST_S, _FEWER_BY = 3.0, 2
 # What is measured, and its unit. A busy machine may send at a lower rate than it should.
-_RATE_KINDS = {'CPU': '% of a core', 'arrived': '%', 'sent': '%'}
+_RATE_UNITS = {'CPU': '% of a core', 'arrived': '%', 'sent': '%'}
 # Of one bag.
 _SECONDS = 1
 _LOOKUPS = 1000
@@ -61,13 +61,13 @@ def rates(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     ways = [OURS, PLAIN, *([TF2_ROS] if contestants.tf2_ros else [])]
     sizes = RATES_HZ[:effort.sizes]
     rounds: dict[tuple[str, int, str], list[float]] = {
-        (kind, size, way): [] for kind in _RATE_KINDS for size in sizes for way in ways}
+        (quantity, size, way): [] for quantity in _RATE_UNITS for size in sizes for way in ways}
     for number in range(max(1, effort.streams // _FEWER_BY)):
         for way in ways[::-1] if number % 2 else ways:
-            for (kind, size), value in _listen(way, sizes, effort).items():
-                rounds[kind, size, way].append(value)
+            for (quantity, size), value in _listen(way, sizes, effort).items():
+                rounds[quantity, size, way].append(value)
     rounds = {key: values for key, values in rounds.items() if values}
-    yield from rows_by_size('growth_rates', 'Hz', _RATE_KINDS, rounds)
+    yield from rows_by_size('growth_rates', 'Hz', _RATE_UNITS, rounds)
 
 
 def _listen(way: str, sizes: Any, effort: Effort) -> dict[tuple[str, int], float]:
@@ -101,7 +101,8 @@ def bags(_: Contestants, effort: Effort) -> Iterator[Row]:
             folder.mkdir()
             for file in files[:size]:
                 os.link(file, folder / file.name)
-            turns |= {(kind, size, way): turn for (kind, way), turn in _turns(folder).items()}
+            turns |= {(quantity, size, way): turn
+                      for (quantity, way), turn in _turns(folder).items()}
         yield from rows_by_size('growth_bags', 'bags', {
             'list': 'ms a bag', 'open each, and a lookup': 'ms a bag',
             'open as one bag': 'ms a bag', 'lookup in that': 'us'},
@@ -123,7 +124,7 @@ def _within(bag: Path) -> int:
 
 
 def _turns(folder: Path) -> dict[tuple[str, str], Callable[[], float]]:
-    """Return what is measured of a folder, by kind and contestant."""
+    """Return what is measured of a folder, by quantity and contestant."""
     pattern = f'{folder}/*.mcap'
     bags = [Path(bag.path) for bag in bags_in([pattern])]
     whole = open_bag(folder)

@@ -92,8 +92,8 @@ def _row(contestants: Contestants, effort: Effort, robot: str, count: int, *,
     if contestants.pytransform and robot == 'chain3':
         callables[PYTRANSFORM] = _pytransform(contestants, turns[OURS], draws, effort.rounds)
     order = 'one scan' if within else 'shuffled' if shuffled else 'sorted'
-    kind = ', staggered samples' if robot == 'staggered3' else ''
-    row = Row('many', f'{count:,} stamps, {order}{kind}', 'ms',
+    remark = ', staggered samples' if robot == 'staggered3' else ''
+    row = Row('many', f'{count:,} stamps, {order}{remark}', 'ms',
               scaled(interleave(callables, effort.rounds), 1e3))
     row.compare(OURS, RUST, _OF_RUST if judged else None)
     row.compare(OURS, DEBIAN, _OF_A_LOOP if judged else None, unit='x a loop of C++ tf2')

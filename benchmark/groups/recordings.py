@@ -30,10 +30,10 @@ def recordings(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure all ways of reading a bag, and a frozen tree made from it."""
     seconds = max(effort.simulated_s, _SHORTEST_S)
     with TemporaryDirectory() as folder:
-        for kind, of_raw in _OF_RAW.items():
-            path = write_bag(Path(folder, kind), seconds, compressed=kind == 'zstd')
-            yield from _opening(path, f'{seconds} s, {kind}', seconds * RATE_HZ * TRANSFORMS,
-                                of_raw, contestants, effort)
+        for compression, of_raw in _OF_RAW.items():
+            path = write_bag(Path(folder, compression), seconds, compressed=compression == 'zstd')
+            yield from _opening(path, f'{seconds} s, {compression}',
+                                seconds * RATE_HZ * TRANSFORMS, of_raw, contestants, effort)
         yield _frozen(path, Path(folder, 'run.tftree'), effort)
 
 

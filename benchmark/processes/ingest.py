@@ -17,7 +17,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 from tf_tree_py import load
 from tf_tree_py.bag import open_bag
-import tf_tree_py.bag.files.file_kinds  # noqa: F401 - otherwise the first bag includes the import
+import tf_tree_py.bag.files.file_formats  # noqa: F401 - else the first bag includes the import
 
 from .hoard import resident_bytes
 from ..timing import cpu_clock

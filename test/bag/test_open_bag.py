@@ -231,7 +231,7 @@ def test_without_rosbags_one_sentence_says_what_to_install(tmp_path):
 
 
 def test_missing_module_of_the_package_itself_is_not_blamed_on_rosbags():
-    error = ModuleNotFoundError('No module', name='tf_tree_py.bag.files.file_kinds')
+    error = ModuleNotFoundError('No module', name='tf_tree_py.bag.files.file_formats')
     with pytest.raises(ModuleNotFoundError) as raised:
         needs_extra(error)
     assert raised.value is error

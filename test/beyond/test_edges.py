@@ -275,7 +275,7 @@ def test_kind_is_saved_to_the_bit_or_says_that_it_cannot_be(
 
 
 def test_all_classes_that_can_be_saved_are_tried():
-    assert {type(begin()) for begin in BEGINNINGS} == {known.kind for known in HISTORIES.values()}
+    assert {type(begin()) for begin in BEGINNINGS} == {known.cls for known in HISTORIES.values()}
 
 
 def said_by(history):
@@ -402,7 +402,7 @@ def test_snapshot_keeps_the_kinds():
 
 def test_tree_asks_for_no_kind():
     """The tree uses only methods of an edge, so a new kind needs no change of the tree."""
-    kinds = {known.kind.__name__ for known in HISTORIES.values()}
+    kinds = {known.cls.__name__ for known in HISTORIES.values()}
     asked = [(path.name, ast.unparse(node))
              for path in (Path(core.__file__).parent / 'tree').glob('*.py')
              for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)

@@ -41,7 +41,7 @@ def test_every_panel_of_the_plot_has_its_lines_and_axes(rows):
         # A cell of a table has the median, the least and the greatest.
         drawn_of = {'median': operator.itemgetter(0), 'least': min, 'greatest': max}[panel.part]
         drawn_values = [drawn_of(row.values[OURS]) for row in rows if row.group == panel.group
-                        and row.name.startswith(f'{panel.kind}, ')]
+                        and row.name.startswith(f'{panel.quantity}, ')]
         assert axes.lines[0].get_ydata().tolist() == drawn_values, panel
         # No value lies outside its panel.
         low, high = axes.get_ylim()

@@ -165,12 +165,12 @@ def test_groups_in_this_process(contestants):
     peers = {name for name in (TF2_ROS, JAZZY) if contestants.has(name)}
     rows = list(growth.samples(contestants, SMALL))
     assert contents(rows) == {
-        f'{kind}, {size} samples': 'us'
-        for kind in ('old stamp', 'latest') for size in ('100', '1,000')}
+        f'{quantity}, {size} samples': 'us'
+        for quantity in ('old stamp', 'latest') for size in ('100', '1,000')}
     rows_of_frames = list(growth.frames(contestants, SMALL))
     assert contents(rows_of_frames) == {
-        f'{kind}, {size} frames': unit
-        for kind, unit in (('lookup', 'us'), ('insertion', 'us'), ('whole tree', 'us a frame'))
+        f'{quantity}, {size} frames': unit
+        for quantity, unit in (('lookup', 'us'), ('insertion', 'us'), ('whole tree', 'us a frame'))
         for size in (10, 100)}
     for row in rows + rows_of_frames[:4]:
         assert peers | {OURS} <= set(row.values), row.name
@@ -203,7 +203,7 @@ def test_every_message_of_a_slow_stream_arrives(contestants):
 def test_bags_of_a_folder_are_read_one_by_one_and_as_one(contestants):
     rows = list(growth_processes.bags(contestants, SMALL))
     assert contents(rows) == {
-        f'{kind}, {size}': unit for kind, unit in (
+        f'{quantity}, {size}': unit for quantity, unit in (
             ('list', 'ms a bag'), ('open each, and a lookup', 'ms a bag'),
             ('open as one bag', 'ms a bag'), ('lookup in that', 'us'))
         for size in ('1 bag', '10 bags')}

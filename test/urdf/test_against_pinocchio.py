@@ -31,10 +31,10 @@ def as_their_positions(robot, model, given):
     q = pinocchio.neutral(model)
     for joint in robot.moving:
         theirs = model.joints[model.getJointId(joint.name)]
-        if joint.kind == 'floating':
+        if joint.joint_type == 'floating':
             values = [given[name] for name in joint.variables]
             values[3:] = values[3:] / np.linalg.norm(values[3:])
-        elif joint.kind == 'planar':
+        elif joint.joint_type == 'planar':
             x, y, theta = (given[name] for name in joint.variables)
             values = [x, y, np.cos(theta), np.sin(theta)]
         else:
@@ -49,7 +49,7 @@ def test_every_link_of_forty_joints_is_where_pinocchio_has_it(seed):
     text = at_random(seed)
     robot, model = Robot.parse(text), pinocchio.buildModelFromXML(text)
     data = model.createData()
-    assert len(robot.joints) == 40 and {joint.kind for joint in robot.joints} == {
+    assert len(robot.joints) == 40 and {joint.joint_type for joint in robot.joints} == {
         'fixed', 'revolute', 'continuous', 'prismatic', 'planar', 'floating'}
     positions = np.random.default_rng(seed).uniform(-2.0, 2.0, (10, len(robot.variables)))
     edges = robot.edges(positions)

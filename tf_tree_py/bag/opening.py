@@ -96,7 +96,7 @@ def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int
                        f'{robot.name!r}, which has {", ".join(robot.variables) or "none"}')
     for joint in robot.joints:
         edge = rename(*joint.edge)
-        if joint.kind == FIXED and edge and edge[1] not in recorded:
+        if joint.joint_type == FIXED and edge and edge[1] not in recorded:
             assembly.oddities.note_incidents(assembly.intake.take(
                 [Sample(*edge, LATEST, joint.origin)], topic, static=True))
     for track in tracks:
@@ -129,15 +129,15 @@ def no_transforms(bag: Bag) -> str:
     """Return the error in one sentence; the bag must be open and not yet read."""
     types = {source.topic: source.type_name.replace('/msg/', '/') for source in bag.everything}
     there = listed(sorted(types), most=20) or 'nothing'
-    hints = [f'{topic} has messages of type {kind}, not {_TF_MESSAGE}'
-             for topic, kind in types.items()
+    hints = [f'{topic} has messages of type {type_name}, not {_TF_MESSAGE}'
+             for topic, type_name in types.items()
              if topic.rpartition('/')[2] in ('tf', 'tf_static')
-             and kind not in (_TF_MESSAGE, 'tf/tfMessage')]
-    for topic, kind in types.items():
-        if kind == _ODOMETRY:
+             and type_name not in (_TF_MESSAGE, 'tf/tfMessage')]
+    for topic, type_name in types.items():
+        if type_name == _ODOMETRY:
             hints.append(f'open_bag(..., odometry={topic!r}) makes an edge of its odometry, as '
                          'Covariances(with_poses=True) does')
-        elif kind == JOINT_STATES:
+        elif type_name == JOINT_STATES:
             hints.append(f'open_bag(..., robot="robot.urdf") makes edges of the joint states '
                          f'of {topic}')
     return '; '.join([f'{bag.path} has no topic with transforms; it has: {there}', *hints,

@@ -204,7 +204,7 @@ def _on_topic(recording: Recording, topic: str) -> list[Detection]:
     with Bag(recording.path, []) as bag:
         topics = {source.topic: source.type_name for source in bag.everything}
         if topic not in topics:
-            there = [f'{name} ({kind})' for name, kind in sorted(topics.items())]
+            there = [f'{name} ({type_name})' for name, type_name in sorted(topics.items())]
             raise CalibrationError(f'{recording.path} has no topic {topic}; it has: '
                                    f'{", ".join(there) or "nothing"}')
         check_type(topics[topic])

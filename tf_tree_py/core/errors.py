@@ -82,7 +82,7 @@ class JoinableException(Exception):
 _joined: dict[str, ModuleType] = {}
 
 
-def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
+def join(module: str, classes: Iterable[type[JoinableException]]) -> None:
     """
     Make another module's exceptions bases of our classes with the same names, if it is loaded.
 
@@ -92,14 +92,14 @@ def join(module: str, kinds: Iterable[type[JoinableException]]) -> None:
     tf2_py's classes has imported tf2_py.
 
     :param module: the name of the module.
-    :param kinds: our classes, base classes first.
+    :param classes: our classes, base classes first.
     """
     theirs = sys.modules.get(module)
     if theirs is None or theirs is _joined.get(module):
         return
-    if not all(hasattr(theirs, ours.__name__) for ours in kinds):
+    if not all(hasattr(theirs, ours.__name__) for ours in classes):
         return  # It is still being imported.
-    for ours in kinds:
+    for ours in classes:
         other = getattr(theirs, ours.__name__)
         # This fails if a program has a class with both as bases and the new order is impossible.
         with suppress(TypeError):

@@ -34,16 +34,16 @@ def no_sample(parent: str | None, child: str, stamp: int, oldest: int | None,
     """Return the error of an edge of samples that has no pose at a stamp."""
     if oldest is None or newest is None:
         return NoDataException(child=child, requested=stamp)
-    kind: type[ExtrapolationException] = ExtrapolationException
+    cls: type[ExtrapolationException] = ExtrapolationException
     hint: Callable[[bool], str] = _ended
     if stamp > newest:
-        kind, hint = FutureExtrapolationException, partial(_too_new, stamp - newest)
+        cls, hint = FutureExtrapolationException, partial(_too_new, stamp - newest)
     elif stamp < newest - cache_time:
-        kind, hint = PastExtrapolationException, partial(_expired, cache_time)
+        cls, hint = PastExtrapolationException, partial(_expired, cache_time)
     elif stamp < oldest:
-        kind, hint = PastExtrapolationException, _too_old
-    return kind(parent=parent, child=child, requested=stamp, oldest=oldest, latest=newest,
-                hint=partial(_after_unit, stamp, oldest, newest, hint))
+        cls, hint = PastExtrapolationException, _too_old
+    return cls(parent=parent, child=child, requested=stamp, oldest=oldest, latest=newest,
+               hint=partial(_after_unit, stamp, oldest, newest, hint))
 
 
 def _after_unit(stamp: int, oldest: int, newest: int, hint: Callable[[bool], str],

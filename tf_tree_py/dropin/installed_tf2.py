@@ -22,11 +22,11 @@ def register(messages: ModuleType) -> None:
     import tf2_ros
     if tf2_ros.TransformRegistration is TransformRegistration:
         return
-    for kind, transformer in TRANSFORMERS.items():
-        if getattr(messages, kind.__name__, None) is kind:
-            tf2_ros.TransformRegistration().add(kind, transformer)
-            tf2_ros.ConvertRegistration().add_to_msg(kind, to_msg_msg)
-            tf2_ros.ConvertRegistration().add_from_msg(kind, from_msg_msg)
+    for cls, transformer in TRANSFORMERS.items():
+        if getattr(messages, cls.__name__, None) is cls:
+            tf2_ros.TransformRegistration().add(cls, transformer)
+            tf2_ros.ConvertRegistration().add_to_msg(cls, to_msg_msg)
+            tf2_ros.ConvertRegistration().add_from_msg(cls, from_msg_msg)
 
 
 def to_msg_msg(msg: Message) -> Message:

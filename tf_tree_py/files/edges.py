@@ -48,7 +48,7 @@ class Saveable(History, Protocol):
 
 
 class _Format(NamedTuple):
-    kind: type[History]
+    cls: type[History]
     save: Callable[[Any, Arrays], Facts]
     load: Callable[[str, Saved], History]
 
@@ -56,14 +56,14 @@ class _Format(NamedTuple):
 HISTORIES: dict[str, _Format] = {}
 """The classes of histories that files can contain, by name."""
 
-_Kind = TypeVar('_Kind', bound=type[Saveable])
+_Class = TypeVar('_Class', bound=type[Saveable])
 
 
-def in_files(name: str) -> Callable[[_Kind], _Kind]:
+def in_files(name: str) -> Callable[[_Class], _Class]:
     """Return a decorator that registers a class of histories under a name."""
-    def register(kind: _Kind) -> _Kind:
-        HISTORIES[name] = _Format(kind, kind.save, kind.load)
-        return kind
+    def register(cls: _Class) -> _Class:
+        HISTORIES[name] = _Format(cls, cls.save, cls.load)
+        return cls
     return register
 
 
@@ -74,8 +74,8 @@ def save_history(history: History, arrays: Arrays) -> Facts:
     :raises TreeFileError: it is of a class that files cannot contain.
     """
     try:
-        for name, (kind, save, _) in HISTORIES.items():
-            if type(history) is kind:  # a subclass would be loaded as its base class
+        for name, (cls, save, _) in HISTORIES.items():
+            if type(history) is cls:  # a subclass would be loaded as its base class
                 return {'kind': name, 'child': history.child, 'authority': history.authority,
                         **save(history, arrays)}
         raise TreeFileError(f'it is a {type(history).__name__}')
@@ -140,13 +140,13 @@ def save_samples(history: Samples, arrays: Arrays) -> Facts:
     return facts
 
 
-def load_samples(kind: type[_Samples], child: str, saved: Saved) -> _Samples:
+def load_samples(cls: type[_Samples], child: str, saved: Saved) -> _Samples:
     """
     Return saved samples as a history of a class.
 
     :raises ValueError: they are not valid for a history.
     """
-    history = kind(child, saved.cache_time)
+    history = cls(child, saved.cache_time)
     history.lie_on(*_load_columns(saved))
     if saved.has('interpolation'):
         history.interpolate_by(load_interpolation(saved.part('interpolation')))
@@ -215,29 +215,29 @@ def save_interpolation(interpolation: Interpolation, arrays: Arrays) -> Facts:
 
     :raises TreeFileError: its class has no name of its own, or does not say how to save its data.
     """
-    kind = type(interpolation)
-    named = _interpolations().get(kind.name)
+    cls = type(interpolation)
+    named = _interpolations().get(cls.name)
     # By its full name, because a notebook may have defined the class once more.
     if named is None or (named.__module__, named.__qualname__) != (
-            kind.__module__, kind.__qualname__):
-        why = '' if named is None or not kind.name else (
-            f' of its own ({named.__qualname__} has {kind.name!r}, too)')
+            cls.__module__, cls.__qualname__):
+        why = '' if named is None or not cls.name else (
+            f' of its own ({named.__qualname__} has {cls.name!r}, too)')
         raise TreeFileError(
-            f'its interpolation {kind.__name__} needs a name for files{why}, such as '
+            f'its interpolation {cls.__name__} needs a name for files{why}, such as '
             "name = 'my policy' in its class")
     save = getattr(interpolation, 'save', None)
     if save is None and vars(interpolation):
-        raise TreeFileError(f'its interpolation {kind.__name__} has data, so it needs methods '
+        raise TreeFileError(f'its interpolation {cls.__name__} has data, so it needs methods '
                             'save and load: see docs/interpolation.md')
     try:
         facts = {} if save is None else save(arrays)
     except Exception as error:
-        raise TreeFileError(f'save() of its interpolation {kind.__name__} raised '
+        raise TreeFileError(f'save() of its interpolation {cls.__name__} raised '
                             f'{error!r}') from error
     if not isinstance(facts, dict):
-        raise TreeFileError(f'save() of its interpolation {kind.__name__} must return a dict, and '
+        raise TreeFileError(f'save() of its interpolation {cls.__name__} must return a dict, and '
                             f'returned {facts!r}')
-    return {'name': kind.name, 'data': facts}
+    return {'name': cls.name, 'data': facts}
 
 
 def load_interpolation(saved: Saved) -> Interpolation:
@@ -247,14 +247,14 @@ def load_interpolation(saved: Saved) -> Interpolation:
     :raises ValueError: its class is not known here, or the facts are not valid for it.
     """
     name = saved.one('name', str)
-    kind = _interpolations().get(name)
-    if kind is None:
+    cls = _interpolations().get(name)
+    if cls is None:
         raise ValueError(f'it contains an edge with the interpolation {name!r}, which is not '
                          'defined here: import the module that defines it first')
-    load = getattr(kind, 'load', None)
+    load = getattr(cls, 'load', None)
     data = saved.part('data')
     try:
-        return checked_interpolation(kind() if load is None else load(data))
+        return checked_interpolation(cls() if load is None else load(data))
     except ValueError:
         raise
     except Exception as error:
@@ -263,10 +263,10 @@ def load_interpolation(saved: Saved) -> Interpolation:
 
 def _interpolations() -> dict[str, type[Interpolation]]:
     """Return all classes that have a name of their own, by that name."""
-    return {kind.name: kind for kind in _below(Interpolation) if 'name' in vars(kind)}
+    return {cls.name: cls for cls in _below(Interpolation) if 'name' in vars(cls)}
 
 
-def _below(kind: type[Interpolation]) -> Iterator[type[Interpolation]]:
-    for each in kind.__subclasses__():
+def _below(cls: type[Interpolation]) -> Iterator[type[Interpolation]]:
+    for each in cls.__subclasses__():
         yield each
         yield from _below(each)

@@ -20,7 +20,7 @@ Facts = dict[str, object]
 # The alignment of the beginning of each array, bytes, which is sufficient for all numbers.
 ALIGNMENT = 8
 
-_Kind = TypeVar('_Kind')
+_Value = TypeVar('_Value')
 
 
 class Arrays:
@@ -78,19 +78,19 @@ class Saved:
         """Return whether a fact is stored."""
         return self._facts.get(key) is not None
 
-    def one(self, key: str, kind: type[_Kind]) -> _Kind:
+    def one(self, key: str, cls: type[_Value]) -> _Value:
         """Return a fact."""
-        return _checked(key, self._facts.get(key), kind)
+        return _checked(key, self._facts.get(key), cls)
 
-    def many(self, key: str, kind: type[_Kind]) -> list[_Kind]:
+    def many(self, key: str, cls: type[_Value]) -> list[_Value]:
         """Return a list of facts."""
-        return [_checked(key, value, kind) for value in self.one(key, list)]
+        return [_checked(key, value, cls) for value in self.one(key, list)]
 
     def rows(self, key: str, integers: int, floats: int) -> list[list[Any]]:
         """Return a list of rows, each with a number of integers and then of floats."""
-        kinds = [int] * integers + [float] * floats
+        classes = [int] * integers + [float] * floats
         rows = self.many(key, list)
-        if any([type(value) for value in row] != kinds for row in rows):
+        if any([type(value) for value in row] != classes for row in rows):
             raise ValueError(
                 f'the rows of {key!r} do not have {integers} integers and {floats} floats')
         return rows
@@ -130,7 +130,7 @@ class Saved:
             raise ValueError(f'{len(self._rest[0])} bytes more than were written')
 
 
-def _checked(key: str, value: object, kind: type[_Kind]) -> _Kind:
-    if type(value) is not kind:
-        raise ValueError(f'{key!r} is not of type {kind.__name__}')
+def _checked(key: str, value: object, cls: type[_Value]) -> _Value:
+    if type(value) is not cls:
+        raise ValueError(f'{key!r} is not of type {cls.__name__}')
     return value

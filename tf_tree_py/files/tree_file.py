@@ -71,8 +71,8 @@ def saved_tree(tree: Tree, *, checksum: bool = False) -> SavedTree:
         'max_frames': tree.max_frames, 'max_name_bytes': tree.max_name_bytes,
         'frames': list(tree.frames),
         'edges': [save_history(history, arrays) for history in tree.histories.values()]}
-    for kind, companion in tree.companions.items():
-        if kind.key:  # others are caches
+    for cls, companion in tree.companions.items():
+        if cls.key:  # others are caches
             facts |= _save_companion(companion, arrays)
     if checksum:
         facts[_CHECKSUM] = _crc32(arrays.parts)
@@ -158,7 +158,7 @@ def _tree(facts: object, arrays: memoryview) -> Tree:
         history = load_history(edge)
         tree.histories[history.child] = history
     companions: dict[str, Any] = {
-        kind.key: kind for kind in Companion.__subclasses__() if kind.key}
+        cls.key: cls for cls in Companion.__subclasses__() if cls.key}
     for key in saved.names():
         if key not in _FACTS:
             if key not in companions:

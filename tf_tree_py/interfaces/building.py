@@ -108,9 +108,9 @@ def _lay_out(generated: Path, image: Path) -> None:
                     ignore=shutil.ignore_patterns('*.c'))
     (image / 'python' / PACKAGE / '__init__.py').touch()
     share = image / 'share' / PACKAGE
-    for kind in {file.parent for file in definitions()}:
-        shutil.copytree(generated / kind, share / kind)
-        shutil.copytree(DEFINITIONS / kind, share / kind, dirs_exist_ok=True)
+    for subfolder in {file.parent for file in definitions()}:
+        shutil.copytree(generated / subfolder, share / subfolder)
+        shutil.copytree(DEFINITIONS / subfolder, share / subfolder, dirs_exist_ok=True)
     shutil.copy(DEFINITIONS / 'package.xml', share)
     names = sorted(str(file.with_suffix(suffix))
                    for file in definitions() for suffix in (file.suffix, '.idl'))
@@ -161,8 +161,8 @@ import importlib
 for library in {libraries}:
     ctypes.CDLL(library)
 for name in {names}:
-    package, kind, name = name.split('/')
-    type_ = getattr(importlib.import_module(f'{{package}}.{{kind}}'), name)
+    package, subfolder, name = name.split('/')
+    type_ = getattr(importlib.import_module(f'{{package}}.{{subfolder}}'), name)
     type(type_).__import_type_support__()
     assert type(type_)._TYPE_SUPPORT is not None
 """

@@ -23,8 +23,8 @@ TYPE_SUPPORTS = ('rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_introspect
 def definitions() -> list[Path]:
     """Return the files of the definitions, relative to ``DEFINITIONS``."""
     return sorted(path.relative_to(DEFINITIONS)
-                  for kind in ('msg', 'srv', 'action')
-                  for path in (DEFINITIONS / kind).glob(f'*.{kind}'))
+                  for subfolder in ('msg', 'srv', 'action')
+                  for path in (DEFINITIONS / subfolder).glob(f'*.{subfolder}'))
 
 
 def generate(output: Path) -> None:

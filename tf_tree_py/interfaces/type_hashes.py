@@ -27,8 +27,8 @@ def installed_hash(prefix: Path, type_name: str) -> str | None:
     :param type_name: such as ``tf2_msgs/msg/TFMessage``.
     :return: None if the package or the type is not installed.
     """
-    package, kind, name = type_name.split('/')
-    description = prefix / 'share' / package / kind / f'{name}.json'
+    package, subfolder, name = type_name.split('/')
+    description = prefix / 'share' / package / subfolder / f'{name}.json'
     if not description.is_file():
         return None
     hashes = {entry['type_name']: entry['hash_string']

@@ -45,9 +45,9 @@ def description() -> str:
 def line_of(edge: tuple[str, str], origin: Pose) -> str:
     """Return the line of a joint: its links, its origin and its type."""
     parent, child = edge
-    kind = 'fixed' if edge in _FIXED else 'planar' if child in _PLANAR else 'revolute'
+    joint_type = 'fixed' if edge in _FIXED else 'planar' if child in _PLANAR else 'revolute'
     xyz, rpy = (' '.join(map(repr, numbers)) for numbers in (origin.translation, origin.as_rpy()))
-    return (f'  <joint name="{child}" type="{kind}"><parent link="{parent}"/>'
+    return (f'  <joint name="{child}" type="{joint_type}"><parent link="{parent}"/>'
             f'<child link="{child}"/><origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="0 0 1"/></joint>')
 
 

@@ -162,7 +162,7 @@ def run() -> Report:
     counts = places(robot)
     rows = [forgotten(module, before, robot) for module in MODULES]
     worst = max(rows, key=lambda row: row.moved)
-    kinds = Counter('static' if edge.static else 'moving' for edge in robot.edges())
+    edges = Counter('static' if edge.static else 'moving' for edge in robot.edges())
     return Report(
         tables=[_places_table(counts), _forgotten_table(rows)],
         law=f'{len(MODULES)} modules that each hold {len(robot.edges())} edges are '
@@ -171,10 +171,10 @@ def run() -> Report:
             f'in a tree it changes {counts[2].change}. Forget one, and it is off by '
             f'{degrees(worst.turned):.1f} degrees, which is up to '
             f'{worst.moved * 100.0:.0f} cm at its objects.',
-        remarks=[f'Of the {len(robot.edges())} edges {kinds["static"]} are static. The other '
-                 f'{kinds["moving"]} move, so they cannot be hard-coded: real programs keep '
+        remarks=[f'Of the {len(robot.edges())} edges {edges["static"]} are static. The other '
+                 f'{edges["moving"]} move, so they cannot be hard-coded: real programs keep '
                  'copies of the origins of the joints, and of the poses of the sensors.'],
-        numbers={'edges': len(robot.edges()), 'static_edges': kinds['static'],
+        numbers={'edges': len(robot.edges()), 'static_edges': edges['static'],
                  'modules': len(MODULES), 'places': counts[0].places,
                  'places_changed': counts[0].change, 'places_used': counts[1].places,
                  'places_used_changed': counts[1].change, 'tree_changed': counts[2].change,

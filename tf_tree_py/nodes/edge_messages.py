@@ -54,7 +54,7 @@ def frame_of(values: Values, key: str) -> str:
 
 EdgePose: TypeAlias = (
     Odometry | PoseStamped | PoseWithCovarianceStamped | TransformStamped | TFMessage)
-TYPES = {kind.__name__: kind for kind in get_args(EdgePose)}
+TYPES = {cls.__name__: cls for cls in get_args(EdgePose)}
 
 
 def message_type(name: str) -> type[EdgePose]:
@@ -63,11 +63,11 @@ def message_type(name: str) -> type[EdgePose]:
 
     :raises BadInput: it is not one of ``TYPES``.
     """
-    kind = TYPES.get(name.rpartition('/')[2])
-    if kind is None:
+    cls = TYPES.get(name.rpartition('/')[2])
+    if cls is None:
         raise BadInput(f'{name!r} is not a type of message with the pose of an edge; use one of '
                        f'{", ".join(TYPES)}')
-    return kind
+    return cls
 
 
 def samples_of(message: EdgePose, parent: str, child: str) -> Iterator[Sample]:

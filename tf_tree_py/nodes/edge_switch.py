@@ -98,14 +98,14 @@ class EdgeSwitch(ClosingNode):
         self._last = BEGINNING
         self._awaits_preferred = True
 
-    def _listen(self, name: str, topic: str, kind: str) -> None:
+    def _listen(self, name: str, topic: str, type_name: str) -> None:
         resolved = topic_of(self, f'{name}.topic', topic)
         if resolved == self.resolve_topic_name(TF_TOPIC):
             raise BadInput(f'the node would receive its own output: the source {name!r} is on '
                            f'{resolved}, where the edge is published. Set {name}.topic to another '
                            'topic')
         self.create_subscription(
-            message_type(kind), topic, partial(self._hear, name), sensor_qos(),
+            message_type(type_name), topic, partial(self._hear, name), sensor_qos(),
             event_callbacks=mismatches(resolved, self._buffer.feeds.log))
         self.create_service(Trigger, f'~/switch_to/{name}', partial(self._serve, name))
 

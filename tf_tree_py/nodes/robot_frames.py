@@ -50,7 +50,7 @@ class RobotFrames:
         return write([
             Sample(*self._edge(joint), stamp, (*joint.origin[:3],
                                                *so3.with_tf2_sign(joint.origin.rotation)))
-            for joint in self.robot.joints if joint.kind == FIXED])
+            for joint in self.robot.joints if joint.joint_type == FIXED])
 
     def moved(self, stamp: int, names: tuple[str, ...], positions: Array) -> bytes | None:
         """Return the transforms that joint states move, for /tf; None if none is due."""

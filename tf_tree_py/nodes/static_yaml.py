@@ -16,7 +16,7 @@ from .bad_input import BadInput
 from .static_words import COVARIANCE, DECIMAL, FRAMES, NUMBERS
 
 _TAG = 'tag:yaml.org,2002:'
-_KINDS = {'str': 'a string', 'null': 'nothing', 'timestamp': 'a date', 'binary': 'bytes'}
+_TAGS = {'str': 'a string', 'null': 'nothing', 'timestamp': 'a date', 'binary': 'bytes'}
 
 
 def read_yaml(file: TextIO) -> object:
@@ -85,8 +85,8 @@ class _Loader(yaml.SafeLoader):
 
     def _reading(self, value: yaml.ScalarNode) -> str:
         """Return in words what YAML makes of a text."""
-        kind = value.tag.removeprefix(_TAG)
-        return _KINDS[kind] if kind in _KINDS else str(self.construct_object(value)).lower()
+        tag = value.tag.removeprefix(_TAG)
+        return _TAGS[tag] if tag in _TAGS else str(self.construct_object(value)).lower()
 
     def _given_twice(self, before: yaml.Node, its_value: yaml.Node, key: yaml.ScalarNode,
                      value: yaml.Node) -> BadInput:

@@ -10,7 +10,7 @@ from tf_tree_py.core.stamp import format_span
 from .explanation import Certainty, ExplainedEdge
 
 
-def kind_of(edge: ExplainedEdge) -> str:
+def rate_of(edge: ExplainedEdge) -> str:
     """Return the rate of an edge, or that it is static."""
     if edge.info.static:
         return 'static'

@@ -254,7 +254,7 @@ def _cells(edge: ExplainedEdge, stamp: int) -> tuple[str, ...]:
     sender = edge.info.authority or '-'
     if edge.info.static:
         return (_edge(edge), 'static', '', '', '', sender)
-    return (_edge(edge), explanation_text.kind_of(edge), _age(edge),
+    return (_edge(edge), explanation_text.rate_of(edge), _age(edge),
             explanation_text.around(edge, stamp), explanation_text.apart(edge), sender)
 
 

@@ -282,9 +282,9 @@ def _show(graph: FrameGraph, source: TreeSource, arguments: Namespace,
 
 def _check(path: Path) -> None:
     """Refuse a file that cannot be written, before the long watch."""
-    kinds = ('.dot', '.mmd', '.json', *_PICTURES)
-    if path.suffix not in kinds:
-        raise Cannot(f'{path} has none of the supported suffixes: {", ".join(kinds)}')
+    suffixes = ('.dot', '.mmd', '.json', *_PICTURES)
+    if path.suffix not in suffixes:
+        raise Cannot(f'{path} has none of the supported suffixes: {", ".join(suffixes)}')
     if not path.parent.is_dir():
         raise Cannot(f'{path}: there is no folder {path.parent}')
 

@@ -213,10 +213,10 @@ def _without_empty(headings: Sequence[str], rows: Sequence[Sequence['str | Text'
 
 def _cells(row: Watched) -> Sequence['str | Text']:
     signs = row.signs
-    kind = 'static' if signs.static else f'{row.rate_hz:.1f} Hz'
+    rate = 'static' if signs.static else f'{row.rate_hz:.1f} Hz'
     gap = max(signs.longest_gap or 0, signs.silence or 0)
     cells = [_MARKS.get(row.severity, '') if row.severity else '',
-             f'{signs.parent} -> {signs.child}', kind, _ms(signs.delay_p50), _ms(signs.delay_p95),
+             f'{signs.parent} -> {signs.child}', rate, _ms(signs.delay_p50), _ms(signs.delay_p95),
              '' if signs.static else _ms(gap), str(signs.refused or ''),
              listed(signs.publishers, most=2) or '-']
     severity = row.severity

@@ -56,7 +56,7 @@ class Reading:
         places = {name: place for place, name in reversed(list(enumerate(names)))}
         known = {name: place for name, place in places.items() if name in robot.columns}
         # Some publishers also list fixed joints, which is valid.
-        fixed = {joint.name for joint in robot.joints if joint.kind == FIXED}
+        fixed = {joint.name for joint in robot.joints if joint.joint_type == FIXED}
         self.unknown = [name for name in places if name not in known and name not in fixed]
         self.picks = np.array(list(known.values()), np.intp)
         self.columns = np.array([robot.columns[name] for name in known], np.intp)

@@ -44,7 +44,7 @@ class Joint(NamedTuple):
     """
     One joint, which is one edge of the tree.
 
-    :ivar kind: fixed, revolute, continuous, prismatic, planar or floating.
+    :ivar joint_type: fixed, revolute, continuous, prismatic, planar or floating.
     :ivar origin: ``parent_T_child`` if all variables are zero.
     :ivar axis: a unit vector in the child: the axis of rotation, the direction of sliding, or
         the normal of the plane.
@@ -54,7 +54,7 @@ class Joint(NamedTuple):
     """
 
     name: str
-    kind: str
+    joint_type: str
     parent: str
     child: str
     origin: Pose
@@ -75,12 +75,12 @@ class Joint(NamedTuple):
         A single variable has the name of the joint, as in every JointState. The names of a
         planar joint end in /x, /y, /theta, and those of a floating one in /trans_x ... /rot_w.
         """
-        return tuple(f'{self.name}{part}' for part in _PARTS[self.kind])
+        return tuple(f'{self.name}{part}' for part in _PARTS[self.joint_type])
 
     @property
     def rest(self) -> tuple[float, ...]:
         """Return the values of its variables at its origin."""
-        return tuple(float(part == '/rot_w') for part in _PARTS[self.kind])
+        return tuple(float(part == '/rot_w') for part in _PARTS[self.joint_type])
 
 
 def joint_of(element: Element, warnings: list[str]) -> Joint:
@@ -91,15 +91,15 @@ def joint_of(element: Element, warnings: list[str]) -> Joint:
     :raises DescriptionError: a part of it is missing, or is not a number.
     """
     name = element.attribute('name', 'give every joint a unique name')
-    kind = element.attribute('type', f'write one of {", ".join(_PARTS)}')
-    if kind not in _PARTS:
-        meant = nearest(kind, _PARTS)
-        raise element.error(f'it has the type {quoted(kind)}',
+    joint_type = element.attribute('type', f'write one of {", ".join(_PARTS)}')
+    if joint_type not in _PARTS:
+        meant = nearest(joint_type, _PARTS)
+        raise element.error(f'it has the type {quoted(joint_type)}',
                             f'did you mean {meant}?' if meant else
                             f'write one of {", ".join(_PARTS)}')
-    return Joint(name, kind, _link_of(element, 'parent'), _link_of(element, 'child'),
-                 origin_of(element, warnings), _axis_of(element, kind),
-                 _mimic_of(element, kind), _limits_of(element, kind))
+    return Joint(name, joint_type, _link_of(element, 'parent'), _link_of(element, 'child'),
+                 origin_of(element, warnings), _axis_of(element, joint_type),
+                 _mimic_of(element, joint_type), _limits_of(element, joint_type))
 
 
 def _link_of(joint: Element, end: str) -> str:
@@ -110,11 +110,11 @@ def _link_of(joint: Element, end: str) -> str:
     return element.attribute('link', fix)
 
 
-def _axis_of(joint: Element, kind: str) -> Vector3:
+def _axis_of(joint: Element, joint_type: str) -> Vector3:
     """Return the axis, a unit vector. The axis of a joint that needs none is not read."""
     element = joint.first('axis')
-    if element is None or kind in (FIXED, FLOATING):
-        return _DEFAULT_NORMAL if kind == PLANAR else _DEFAULT_AXIS
+    if element is None or joint_type in (FIXED, FLOATING):
+        return _DEFAULT_NORMAL if joint_type == PLANAR else _DEFAULT_AXIS
     x, y, z = numbers(element, 'xyz', _DEFAULT_AXIS)
     length = math.hypot(x, y, z)
     if not 0.0 < length < math.inf:
@@ -123,9 +123,9 @@ def _axis_of(joint: Element, kind: str) -> Vector3:
     return x / length, y / length, z / length
 
 
-def _limits_of(joint: Element, kind: str) -> tuple[float, float] | None:
+def _limits_of(joint: Element, joint_type: str) -> tuple[float, float] | None:
     element = joint.first('limit')
-    if element is None or kind not in ('revolute', PRISMATIC):
+    if element is None or joint_type not in ('revolute', PRISMATIC):
         return None
     try:
         least, most = number(element, 'lower', 0.0), number(element, 'upper', 0.0)
@@ -134,12 +134,12 @@ def _limits_of(joint: Element, kind: str) -> tuple[float, float] | None:
     return (least, most) if least < most else None
 
 
-def _mimic_of(joint: Element, kind: str) -> Mimic | None:
+def _mimic_of(joint: Element, joint_type: str) -> Mimic | None:
     element = joint.first('mimic')
-    if element is None or kind == FIXED:
+    if element is None or joint_type == FIXED:
         return None
-    if len(_PARTS[kind]) > 1:
-        raise element.error(f'it mimics another joint, but it is {kind}',
+    if len(_PARTS[joint_type]) > 1:
+        raise element.error(f'it mimics another joint, but it is {joint_type}',
                             'remove the <mimic>: only a joint with one variable can follow')
     return Mimic(element.attribute('joint', 'write the name of the joint that it follows'),
                  number(element, 'multiplier', 1.0), number(element, 'offset', 0.0))
@@ -268,6 +268,6 @@ def _check_leader(mimic: Element, name: str, joints: Mapping[str, Joint]) -> Non
         raise mimic.error(f'it mimics {quoted(name)}, but no joint has that name',
                           f'did you mean {quoted(meant)}?' if meant else
                           'name a joint of this description, or remove the <mimic>')
-    if leader.kind == FIXED or len(leader.variables) > 1:
-        raise mimic.error(f'it mimics {quoted(name)}, which is {leader.kind}',
+    if leader.joint_type == FIXED or len(leader.variables) > 1:
+        raise mimic.error(f'it mimics {quoted(name)}, which is {leader.joint_type}',
                           'name a joint with one variable: revolute, continuous or prismatic')

@@ -28,7 +28,7 @@ class Motion:
     """
     The edges of some joints as functions of their variables.
 
-    All joints of one kind are computed at once. If p is the rotation of a joint's origin and n
+    All joints of one type are computed at once. If p is the rotation of a joint's origin and n
     its axis, then its rotation by an angle a is p (n sin(a/2), cos(a/2)), a quaternion product.
     p (n, 0) and p (0, 1) do not depend on a. Each joint therefore costs a sine, a cosine and two
     multiplications of a quaternion by a number.
@@ -57,15 +57,16 @@ class Motion:
         self._floating, first = self._places(joints, FLOATING, part=0)
         self._floats = first[:, None] + np.arange(7)
 
-    def _places(self, joints: Sequence[Joint], *kinds: str, part: int) -> tuple[Indices, Indices]:
-        """Return the rows of the joints of some kinds, and the columns of one variable of each."""
+    def _places(self, joints: Sequence[Joint], *joint_types: str,
+                part: int) -> tuple[Indices, Indices]:
+        """Return the rows of the joints of some types, and the columns of one variable of each."""
         places = [(row, self._columns[joint.variables[part]])
-                  for row, joint in enumerate(joints) if joint.kind in kinds]
+                  for row, joint in enumerate(joints) if joint.joint_type in joint_types]
         rows, columns = np.array(places, np.intp).reshape(-1, 2).T
         return rows, columns
 
-    def _sliding(self, joints: Sequence[Joint], *kinds: str, part: int) -> _Slides:
-        rows, columns = self._places(joints, *kinds, part=part)
+    def _sliding(self, joints: Sequence[Joint], *joint_types: str, part: int) -> _Slides:
+        rows, columns = self._places(joints, *joint_types, part=part)
         directions = np.array([_direction(joints[row], part) for row in rows]).reshape(-1, 3)
         return _Slides(rows, columns, so3.rotate_many(self._origins[rows, 3:], directions))
 
@@ -103,7 +104,7 @@ def _direction(joint: Joint, part: int) -> Vector3:
     A planar joint slides along x and y after the shortest rotation that takes z to its normal,
     and along x and y themselves if the normal is z.
     """
-    if joint.kind == PRISMATIC:
+    if joint.joint_type == PRISMATIC:
         return joint.axis
     x, y, z = joint.axis
     # That rotation is (z cross normal, 1 + z . normal), normalised. If the normal is -z, take

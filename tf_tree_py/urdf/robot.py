@@ -121,7 +121,7 @@ class Robot:
         """Make a robot from checked parts; use ``load`` or ``parse`` instead."""
         self.warnings = warnings
         self.name, self.root, self.links, self.joints = name, root, links, joints
-        self.moving = tuple(joint for joint in joints if joint.kind != FIXED)
+        self.moving = tuple(joint for joint in joints if joint.joint_type != FIXED)
         self.motion = Motion(self.moving)
         self.variables = tuple(
             name for joint in self.moving if joint.mimic is None for name in joint.variables)
@@ -258,17 +258,17 @@ def _check_version(robot: Element) -> None:
             'only 1.0', 'write version="1.0", or remove the attribute')
 
 
-def _by_name(robot: Element, kind: str) -> dict[str, Element]:
+def _by_name(robot: Element, tag: str) -> dict[str, Element]:
     """
     Return the links or joints of a description by name.
 
     :raises DescriptionError: one has no name, or two have the same name.
     """
     found: dict[str, Element] = {}
-    for element in robot.children_of(kind):
-        name = element.attribute('name', f'give every {kind} a unique name')
+    for element in robot.children_of(tag):
+        name = element.attribute('name', f'give every {tag} a unique name')
         if name in found:
-            raise element.error(f'there is another {kind} with this name in line '
+            raise element.error(f'there is another {tag} with this name in line '
                                 f'{found[name].line}', 'rename one of the two')
         found[name] = element
     return found

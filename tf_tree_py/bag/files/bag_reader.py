@@ -144,7 +144,7 @@ def read_messages(path: PathLike, topics: Sequence[str] | None = None, *,
 def _open_all(path: Path, damage: list[str]) -> list[Storage]:
     """Open the files of a bag, in the order of their recording."""
     try:
-        from .file_kinds import open_file
+        from .file_formats import open_file
         from .rosbags_file import UNREADABLE
     except ImportError as error:
         raise needs_extra(error) from error

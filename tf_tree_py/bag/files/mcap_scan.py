@@ -4,7 +4,7 @@
 """
 Reads MCAP files that rosbags refuses, record by record: those without an end, or not of ROS 2.
 
-The format: https://mcap.dev/spec. A record is its kind (one byte), its length (uint64) and its
+The format: https://mcap.dev/spec. A record is its opcode (one byte), its length (uint64) and its
 content; chunks hold records, mostly compressed.
 """
 
@@ -48,11 +48,11 @@ class McapScan(RecordScan):
         file = self._file()
         try:
             while file:
-                kind, length = file.number('B'), file.number('Q')
+                opcode, length = file.number('B'), file.number('Q')
                 content = Bytes(file.take(length))
-                if kind == _DATA_END:
+                if opcode == _DATA_END:
                     return
-                if kind == _CHUNK:
+                if opcode == _CHUNK:
                     content.take(8 + 8)
                     if content.number('Q') > unpacked_limit(length):
                         raise too_large('a chunk', length)
@@ -67,11 +67,11 @@ class McapScan(RecordScan):
         """
         file = self._file()
         try:
-            kind, length = file.number('B'), file.number('Q')
+            opcode, length = file.number('B'), file.number('Q')
             profile = Bytes(file.take(length)).text()
         except Cut:
             return
-        if kind == _HEADER and profile != 'ros2':
+        if opcode == _HEADER and profile != 'ros2':
             raise OtherProfile(f"its profile is {profile!r}, not 'ros2'")
 
     def _read_summary(self) -> None:
@@ -83,8 +83,8 @@ class McapScan(RecordScan):
         summary.position = footer.number('Q') or len(self._data)
         try:
             while summary:
-                kind = summary.number('B')
-                self._describe(kind, Bytes(summary.take(summary.number('Q'))))
+                opcode = summary.number('B')
+                self._describe(opcode, Bytes(summary.take(summary.number('Q'))))
         except Cut:  # the magic bytes, which are not a record
             return
 
@@ -92,25 +92,25 @@ class McapScan(RecordScan):
         while data:
             begin = data.position
             try:
-                kind, length = data.number('B'), data.number('Q')
-                if not kind:
+                opcode, length = data.number('B'), data.number('Q')
+                if not opcode:
                     raise Cut  # not a record; gigabytes of zeros are not searched
-                if kind == _DATA_END:
+                if opcode == _DATA_END:
                     self._ended = True
                     return
                 content = Bytes(data.take(min(length, data.left)))
-                if kind == _CHUNK:
+                if opcode == _CHUNK:
                     yield from self._chunk(content)
                 if length > len(content.data):
                     if not in_chunk:  # the chunk is counted itself
                         self._more_bytes += length - len(content.data)
-                    if kind == _CHUNK:
+                    if opcode == _CHUNK:
                         return
                     raise Cut
-                if kind == _MESSAGE:
+                if opcode == _MESSAGE:
                     yield from self._message(content)
                 else:
-                    self._describe(kind, content)
+                    self._describe(opcode, content)
             except Cut:
                 data.position = begin
                 return
@@ -130,11 +130,11 @@ class McapScan(RecordScan):
             return
         yield from self._records_in_chunk(len(packed), used, unpacked)
 
-    def _describe(self, kind: int, content: Bytes) -> None:
-        if kind == _SCHEMA:
+    def _describe(self, opcode: int, content: Bytes) -> None:
+        if opcode == _SCHEMA:
             number, name, encoding = content.number('H'), content.text(), content.text()
             self._schemas[number] = name, definition(content.text(), encoding)
-        elif kind == _CHANNEL:
+        elif opcode == _CHANNEL:
             number, schema = content.number('H'), content.number('H')
             topic, encoding = content.text(), content.text()
             name, fields = self._schemas.get(schema, ('', definition('', '')))

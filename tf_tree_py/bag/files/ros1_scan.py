@@ -49,19 +49,19 @@ class Ros1Scan(RecordScan):
             begin = data.position
             try:
                 header, length = _fields(Bytes(data.sized())), data.number('I')
-                kind = header['op'][0]
+                opcode = header['op'][0]
                 content = data.take(min(length, data.left))
-                if kind == _CHUNK:
+                if opcode == _CHUNK:
                     yield from self._chunk(header['compression'], content)
                 if length > len(content):
                     if not in_chunk:  # the chunk is counted itself
                         self._more_bytes += length - len(content)
-                    if kind == _CHUNK:
+                    if opcode == _CHUNK:
                         return
                     raise Cut
-                if kind == _CONNECTION:
+                if opcode == _CONNECTION:
                     self._connect(header, _fields(Bytes(content)))
-                elif kind == _MESSAGE:
+                elif opcode == _MESSAGE:
                     yield from self._message(header, content)
             except (Cut, LookupError, ValueError, struct.error):
                 data.position = begin

@@ -232,8 +232,8 @@ def first_field_of(source: MessageSource, definition: MessageDefinition) -> str:
     _, fields = types.get(source.type_name, ([], []))
     if not fields:
         return ''
-    kind, of = fields[0][1]
-    return str(of if kind is Nodetype.NAME else of[0] if kind is Nodetype.BASE else 'a sequence')
+    node, of = fields[0][1]
+    return str(of if node is Nodetype.NAME else of[0] if node is Nodetype.BASE else 'a sequence')
 
 
 def _source(connection: Connection) -> MessageSource:

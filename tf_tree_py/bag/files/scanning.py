@@ -21,26 +21,26 @@ WITHOUT_INDEX = f'{NOTHING_MISSING} except the index at its end'
 UNKNOWN_MISSING = 'and it is unknown how many are missing'
 
 
-def mapped(path: Path, magic: bytes, kind: str) -> memoryview:
+def mapped(path: Path, magic: bytes, form: str) -> memoryview:
     """
     Return the bytes of a file.
 
     :param magic: its expected first bytes.
-    :param kind: of the file, for the error.
+    :param form: of the file, for the error.
     :raises ValueError: it begins with other bytes, or it is empty.
     """
     with path.open('rb') as file:
         data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
     if data[:len(magic)] != magic:
-        raise ValueError(f'it does not begin like {kind}')
+        raise ValueError(f'it does not begin like {form}')
     return data
 
 
 def definition(text: str, encoding: str = 'ros2msg') -> MessageDefinition:
     """Return a message definition, from its text and encoding in a file."""
-    kind = {'ros2msg': MessageDefinitionFormat.MSG, 'ros1msg': MessageDefinitionFormat.MSG,
+    form = {'ros2msg': MessageDefinitionFormat.MSG, 'ros1msg': MessageDefinitionFormat.MSG,
             'ros2idl': MessageDefinitionFormat.IDL}.get(encoding, MessageDefinitionFormat.NONE)
-    return MessageDefinition(kind, text)
+    return MessageDefinition(form, text)
 
 
 def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
@@ -59,8 +59,8 @@ def lost_bytes(lost: int, size: int, ended: bool = False, more: int = 0) -> str:
 
 def ros1_type(name: str) -> str:
     """Return the name of a ROS 1 type as rosbags has it, such as std_msgs/msg/Header."""
-    package, _, kind = name.rpartition('/')
-    return f'{package.removesuffix("/msg")}/msg/{kind}'
+    package, _, message = name.rpartition('/')
+    return f'{package.removesuffix("/msg")}/msg/{message}'
 
 
 class OtherProfile(ValueError):
@@ -118,13 +118,13 @@ class RecordScan:
     A subclass reads the records, and counts the bytes that it could not.
     """
 
-    def __init__(self, path: Path, magic: bytes, kind: str) -> None:
+    def __init__(self, path: Path, magic: bytes, form: str) -> None:
         """
         Open the file, and read nothing yet.
 
         :raises ValueError: it begins with other bytes than those of its kind.
         """
-        self._data = mapped(path, magic, kind)
+        self._data = mapped(path, magic, form)
         self._begin = len(magic)
         self.definitions: dict[MessageSource, MessageDefinition] = {}
         self.lost = ''

@@ -31,7 +31,7 @@ _ENCODINGS = {2: 'utf-16-le', 3: 'utf-16-be'}
 LOWEST, HIGHEST = -2**64, 2**64
 
 _WIDTHS = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0)
-"""The bytes of a value of each kind: NULL, six integers, a float, the integers 0 and 1."""
+"""The bytes of a value of each serial type: NULL, six integers, a float, the integers 0 and 1."""
 _NULL, _FLOAT, _ZERO, _ONE, _BLOB, _TEXT = 0, 7, 8, 9, 12, 13
 
 Value = int | float | bytes | str | None
@@ -114,8 +114,8 @@ class Pages:
     def stray_leaves(self) -> Iterator[int]:
         """Yield the numbers of the leaves that were not read as parts of a tree or a chain."""
         for number in sorted({*range(1, self._count + 1), *self._logged}):
-            kind = self._there(number)[_header_of(number):][:1]
-            if kind == bytes([_LEAF]) and number not in self._taken:
+            page_type = self._there(number)[_header_of(number):][:1]
+            if page_type == bytes([_LEAF]) and number not in self._taken:
                 yield number
 
     def _there(self, number: int) -> memoryview:
@@ -131,7 +131,7 @@ class Pages:
 
     def take(self, number: int) -> int:
         """
-        Return the kind of a page of a tree, and let nothing else use it.
+        Return the type of a page of a tree, and let nothing else use it.
 
         :raises Damaged: it is missing, or in use.
         """
@@ -151,11 +151,11 @@ class Pages:
         while left:
             branch = left.pop()
             try:
-                kind = self.take(branch.page)
-                if kind == _LEAF:
+                page_type = self.take(branch.page)
+                if page_type == _LEAF:
                     self._pointers(branch.page, 8)
                     yield branch
-                elif kind == _INNER:
+                elif page_type == _INNER:
                     left += reversed(self._children(branch))
                 else:
                     raise Damaged('it is no page of a table')
@@ -261,23 +261,23 @@ class Pages:
 
 
 class Field(NamedTuple):
-    """One value of a record: its kind, and where in the record it begins, and its bytes."""
+    """One value of a record: its type, and where in the record it begins, and its bytes."""
 
-    kind: int
+    serial_type: int
     begin: int
     size: int
 
     def is_number(self) -> bool:
         """Return whether it is an integer."""
-        return _NULL < self.kind < _FLOAT or self.kind in (_ZERO, _ONE)
+        return _NULL < self.serial_type < _FLOAT or self.serial_type in (_ZERO, _ONE)
 
     def is_blob(self) -> bool:
         """Return whether it is bytes."""
-        return self.kind >= _BLOB and self.kind % 2 == 0
+        return self.serial_type >= _BLOB and self.serial_type % 2 == 0
 
     def is_text(self) -> bool:
         """Return whether it is text."""
-        return self.kind >= _TEXT and self.kind % 2 == 1
+        return self.serial_type >= _TEXT and self.serial_type % 2 == 1
 
     def value(self, record: memoryview, encoding: str) -> Value:
         """
@@ -294,11 +294,11 @@ class Field(NamedTuple):
             return bytes(data)
         if self.is_text():
             return bytes(data).decode(encoding, 'replace')
-        if self.kind == _FLOAT:
+        if self.serial_type == _FLOAT:
             return float(struct.unpack('>d', data)[0])
-        if self.kind in (_ZERO, _ONE):
-            return self.kind - _ZERO
-        return int.from_bytes(data, 'big', signed=True) if self.kind else None
+        if self.serial_type in (_ZERO, _ONE):
+            return self.serial_type - _ZERO
+        return int.from_bytes(data, 'big', signed=True) if self.serial_type else None
 
 
 def fields_of(cell: Cell) -> list[Field]:
@@ -310,11 +310,11 @@ def fields_of(cell: Cell) -> list[Field]:
     end, place = _varint(cell.begin, 0)
     begin, fields = end, []
     while place < end:
-        kind, place = _varint(cell.begin, place)
-        if kind < 0 or kind in (10, 11):
-            raise Damaged('a value has no kind')
-        size = _WIDTHS[kind] if kind < _BLOB else (kind - _BLOB) // 2
-        fields.append(Field(kind, begin, size))
+        serial_type, place = _varint(cell.begin, place)
+        if serial_type < 0 or serial_type in (10, 11):
+            raise Damaged('a value has no serial type')
+        size = _WIDTHS[serial_type] if serial_type < _BLOB else (serial_type - _BLOB) // 2
+        fields.append(Field(serial_type, begin, size))
         begin += size
     if place != end or begin != cell.size:
         raise Damaged('the values of a record do not fill it')

@@ -108,11 +108,11 @@ class SqliteScan:
                 row['name'], row['type'], profiles_of(row.get('offered_qos_profiles') or ''))
         return sources
 
-    def _rows(self, table: _Table, **kinds: Callable[[Field], bool]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of a small table; the values in some columns are of these kinds."""
+    def _rows(self, table: _Table, **types: Callable[[Field], bool]) -> Iterator[dict[str, Any]]:
+        """Yield the rows of a small table; the values in some columns are of these types."""
         def is_row(cell: Cell) -> bool:
             fields = table.fields(cell)
-            return all(name in fields and is_kind(fields[name]) for name, is_kind in kinds.items())
+            return all(name in fields and is_type(fields[name]) for name, is_type in types.items())
 
         for place in _Rows(self._pages, table.root, is_row).places.tolist():
             yield table.row(self._pages, place)

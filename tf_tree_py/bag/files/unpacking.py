@@ -40,15 +40,15 @@ class Unpacker:
     :ivar error: why it went no further; None: it may go on.
     """
 
-    def __init__(self, kind: str, what: str, size: int) -> None:
+    def __init__(self, compression: str, what: str, size: int) -> None:
         """
         Begin.
 
-        :param kind: zstd, lz4 or bz2.
+        :param compression: zstd, lz4 or bz2.
         :param what: the packed part, for the error.
         :param size: of all packed bytes.
         """
-        self._make, self._what, self._size = _DECOMPRESSORS[kind], what, size
+        self._make, self._what, self._size = _DECOMPRESSORS[compression], what, size
         self._left = unpacked_limit(size)
         self._reader, self._read, self._in_frame = self._make(), 0, False
         self.used = 0
@@ -88,25 +88,25 @@ class Unpacker:
         return b''.join(parts)
 
 
-def unpacked_part(kind: str, packed: memoryview) -> tuple[bytes | memoryview, int]:
+def unpacked_part(compression: str, packed: memoryview) -> tuple[bytes | memoryview, int]:
     """
     Unpack as much of a chunk as there is.
 
-    :param kind: of its compression; '' or none: it is not compressed.
+    :param compression: '' or none: it is not compressed.
     :return: the unpacked bytes, and how many of the packed ones gave them.
     :raises TooLarge: it exceeds the limit.
-    :raises Exception: it is damaged, or its kind is unknown.
+    :raises Exception: it is damaged, or its compression is unknown.
     """
-    if kind in ('', 'none'):
+    if compression in ('', 'none'):
         return packed, len(packed)
-    if kind not in _DECOMPRESSORS:
-        raise ValueError(f'a chunk is compressed with {kind}')
-    unpacker = Unpacker(kind, 'a chunk', len(packed))
+    if compression not in _DECOMPRESSORS:
+        raise ValueError(f'a chunk is compressed with {compression}')
+    unpacker = Unpacker(compression, 'a chunk', len(packed))
     unpacked = b''.join(unpacker.unpack(packed[begin:begin + _STEP])
                         for begin in range(0, len(packed), _STEP))
     if unpacker.error is not None:
         raise unpacker.error
-    if kind == 'lz4' and not unpacker.whole:
+    if compression == 'lz4' and not unpacker.whole:
         block = _last_block(packed)
         if block:
             return unpacked + unpacked_block(block, unpacked[-_REACH:]), len(packed)

@@ -207,8 +207,8 @@ class CurveHistory:
         if self.curve is None:
             return {'parent': None, 'curve': None}
         kept = self.curve.saved_as()
-        for name, kind in SAVED_CURVES.items():
-            if type(kept) is kind:
+        for name, cls in SAVED_CURVES.items():
+            if type(kept) is cls:
                 return {'parent': self.parent, 'curve': {'kind': name} | kept.save(arrays)}
         raise TreeFileError(
             'files support curves of the classes Spline and ConstantTwist: give it a method '
@@ -231,11 +231,11 @@ class CurveHistory:
         curve = self.curve
         if curve is None:
             return NoDataException(child=self.child, requested=stamp)
-        kind: type[ExtrapolationException] = PastExtrapolationException
+        cls: type[ExtrapolationException] = PastExtrapolationException
         if stamp > curve.latest:
-            kind = FutureExtrapolationException
-        return kind(parent=self.parent, child=self.child, requested=stamp, oldest=curve.oldest,
-                    latest=curve.latest, hint=partial(_hint, stamp > curve.latest))
+            cls = FutureExtrapolationException
+        return cls(parent=self.parent, child=self.child, requested=stamp, oldest=curve.oldest,
+                   latest=curve.latest, hint=partial(_hint, stamp > curve.latest))
 
 
 def _hint(ends: bool, live: bool) -> str:

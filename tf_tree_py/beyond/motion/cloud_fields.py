@@ -35,8 +35,8 @@ def points_of(cloud: Any, every: int = 1) -> npt.NDArray[np.floating]:
     :raises InvalidArgumentException: no x, y and z of a floating type.
     """
     columns = float_columns(cloud, POINT)
-    kind = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
-    return np.stack([column.reshape(-1)[::every] for column in columns], axis=1, dtype=kind)
+    dtype = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
+    return np.stack([column.reshape(-1)[::every] for column in columns], axis=1, dtype=dtype)
 
 
 def write_points(cloud: Any, points: npt.NDArray[np.floating]) -> None:
@@ -80,14 +80,14 @@ def field_column(cloud: Any, name: str) -> npt.NDArray[np.number]:
         raise InvalidArgumentException(
             f'The field {name!r} of the cloud has the datatype {field.datatype} and the count '
             f'{field.count}, and must be one number of a type from 1 to 8')
-    kind = np.dtype(CODES[field.datatype]).newbyteorder('>' if cloud.is_bigendian else '<')
-    if field.offset + kind.itemsize > cloud.point_step:
+    dtype = np.dtype(CODES[field.datatype]).newbyteorder('>' if cloud.is_bigendian else '<')
+    if field.offset + dtype.itemsize > cloud.point_step:
         raise InvalidArgumentException(
             f'The field {name!r} of the cloud begins at byte {field.offset} and does not fit '
             f'into a point of {cloud.point_step} bytes')
     rows, columns, row_step = _grid(cloud.height, cloud.width, cloud.point_step, cloud.row_step,
                                     len(cloud.data))
-    return np.ndarray((rows, columns), kind, cloud.data, field.offset,
+    return np.ndarray((rows, columns), dtype, cloud.data, field.offset,
                       (row_step, cloud.point_step))
 
 

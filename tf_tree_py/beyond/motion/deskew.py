@@ -45,5 +45,5 @@ def deskew(tree: ManyStampQueries, points: npt.ArrayLike, stamps: StampsLike, ta
     target_T_fixed = frozen.lookup(target_frame, fixed_frame, reference_stamp)
     fixed_T_source = frozen.lookup_many(fixed_frame, source_frame, stamps)
     moved = target_T_fixed @ (fixed_T_source @ array)
-    kind = array.dtype if array.dtype.kind == 'f' else np.dtype(float)
-    return moved.astype(kind, copy=False)
+    dtype = array.dtype if array.dtype.kind == 'f' else np.dtype(float)
+    return moved.astype(dtype, copy=False)

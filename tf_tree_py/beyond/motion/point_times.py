@@ -125,9 +125,9 @@ def _size_of(unit: str | float) -> tuple[str, int]:
         f'unit is one of {", ".join(UNITS)}, or a number of seconds up to 60, not {unit!r}')
 
 
-def _step(kind: np.dtype[np.number], value: float) -> float:
+def _step(dtype: np.dtype[np.number], value: float) -> float:
     """Return the distance of a floating type's numbers around a value; 0 for integers."""
-    return float(np.spacing(np.asarray(value, kind))) if kind.kind == 'f' else 0.0
+    return float(np.spacing(np.asarray(value, dtype))) if dtype.kind == 'f' else 0.0
 
 
 def _time_field(names: Sequence[str]) -> str:
@@ -169,11 +169,11 @@ def _check_distance(name: str, unit: str, origin: int, first: float, last: float
             'moment, such as the start of the sensor, pass the stamp of that moment as origin')
 
 
-def _doubt(name: str, kind: str, unit: str, value: float, step: float) -> str:
+def _doubt(name: str, dtype: str, unit: str, value: float, step: float) -> str:
     if step <= _COARSE_STEP:
         return ''
-    return (f'The field {name!r} is {kind} and holds {value:.10g}, read as {unit}: around this '
-            f'value, {kind} has steps of {format_span(round(step))}, too coarse for the times of '
+    return (f'The field {name!r} is {dtype} and holds {value:.10g}, read as {unit}: around this '
+            f'value, {dtype} has steps of {format_span(round(step))}, too coarse for the times of '
             'points. Let the driver write FLOAT64, or times relative to the stamp of the cloud')
 
 
@@ -188,11 +188,11 @@ def _as_nanoseconds(values: npt.NDArray[np.number], size: int) -> Stamps:
         return np.asarray(whole.astype(np.int64) * size + rest.astype(np.int64))
 
 
-def _reading(name: str, kind: str, unit: str | float | None, unit_read: str, origin: int | None,
+def _reading(name: str, dtype: str, unit: str | float | None, unit_read: str, origin: int | None,
              origin_read: int) -> str:
     zero = "the clock's zero" if origin_read == 0 else "the cloud's stamp"
     if origin is not None:
         zero = f'{origin_read / 1e9:.9f} s'
     assumed = [word for word, given in (('unit', unit), ('zero', origin)) if given is None]
     note = f' (assumed: {" and ".join(assumed)})' if assumed else ''
-    return f'the field {name!r} ({kind}) holds {unit_read} from {zero}{note}'
+    return f'the field {name!r} ({dtype}) holds {unit_read} from {zero}{note}'

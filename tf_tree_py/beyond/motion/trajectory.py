@@ -116,8 +116,8 @@ def trajectory(tree: ManyStampQueries, target_frame: str, source_frame: str, sta
     if outside == 'skip' and missing:
         array, poses = array[valid], poses[valid]
         twists = None if twists is None else twists[valid]
-    kind = MovingTrajectory if twist else Trajectory
-    return kind(target_frame, source_frame, array, poses, twists, missing)
+    cls = MovingTrajectory if twist else Trajectory
+    return cls(target_frame, source_frame, array, poses, twists, missing)
 
 
 def _twists(tree: ManyStampQueries, target_frame: str, source_frame: str, stamps: Stamps,

@@ -26,7 +26,7 @@ from ..hints import no_sample
 from ..stamp import FOREVER, mean_interval, silence_allowed
 from ..times import Stamps
 
-_Kind = TypeVar('_Kind', bound='Samples')
+_Samples = TypeVar('_Samples', bound='Samples')
 
 
 class Samples(PackedSamples):
@@ -269,7 +269,7 @@ class Samples(PackedSamples):
 
     # --- copies
 
-    def copy(self: _Kind) -> _Kind:
+    def copy(self: _Samples) -> _Samples:
         """Return an independent history with the same samples."""
         return self.copied_into(type(self)(
             self.child, self.cache_time, self.authority, self.interpolation.copy()))

@@ -156,10 +156,10 @@ def _fields(order: str, size: int, fields: Iterable[tuple[int, str]]) -> _Unpack
     :param fields: the first byte and struct's format of each.
     """
     form, position = order, 0
-    for begin, kind in fields:
+    for begin, code in fields:
         # With an explicit byte order, struct does not align fields.
-        form += f'{begin - position}x{kind}'
-        position = begin + struct.calcsize(order + kind)
+        form += f'{begin - position}x{code}'
+        position = begin + struct.calcsize(order + code)
     return struct.Struct(f'{form}{size - position}x').unpack
 
 

@@ -168,8 +168,8 @@ class PathFinder:
         :raises LookupException: the frame is unknown.
         """
         if not isinstance(frame, str) or not frame or frame.startswith('/'):
-            kind = InvalidArgumentException if isinstance(frame, str) else ArgumentTypeException
-            raise kind(
+            cls = InvalidArgumentException if isinstance(frame, str) else ArgumentTypeException
+            raise cls(
                 f'Invalid argument {argument} {frame!r}: a frame name in a query must be a '
                 'string that is not empty and has no leading slash')
         if frame not in self._frames:

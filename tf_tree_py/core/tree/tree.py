@@ -34,7 +34,7 @@ from ..messages.sample import bad_name, Batch, Edge, Edges, Sample
 from ..stamp import BEGINNING, FOREVER, format_span, format_stamp
 from ..times import Stamps
 
-_Kind = TypeVar('_Kind', bound=Companion)
+_Companion = TypeVar('_Companion', bound=Companion)
 
 # How many kinds of message have their edges cached, and how many edges in all. The limits hold
 # even if a hostile publisher sends new ones all the time.
@@ -189,8 +189,8 @@ class Tree:
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Take a sample that may change the structure."""
-        kind = StaticHistory if static else Samples
-        incidents = self._let_in(history, parent, child, stamp, authority, kind.described_as,
+        cls = StaticHistory if static else Samples
+        incidents = self._let_in(history, parent, child, stamp, authority, cls.described_as,
                                  _time_of(history, stamp, static))
         if incidents and incidents[-1].refused:
             return incidents
@@ -301,23 +301,23 @@ class Tree:
         twin.histories.update(
             (child, history.copy()) for child, history in self.histories.items())
         twin.frames.update(self.frames)
-        for kind, companion in self.companions.items():
+        for cls, companion in self.companions.items():
             copied = companion.copy()
             if copied is not None:
-                twin.companions[kind] = copied
+                twin.companions[cls] = copied
         return twin
 
     # --- companions
 
-    def companion(self, kind: type[_Kind]) -> _Kind | None:
-        """Return the companion of a kind; None if the tree has none."""
-        return cast('_Kind | None', self.companions.get(kind))
+    def companion(self, cls: type[_Companion]) -> _Companion | None:
+        """Return the companion of a class; None if the tree has none."""
+        return cast('_Companion | None', self.companions.get(cls))
 
-    def companion_or_new(self, kind: type[_Kind]) -> _Kind:
-        """Return the companion of a kind, which is created if the tree has none."""
-        found = self.companion(kind)
+    def companion_or_new(self, cls: type[_Companion]) -> _Companion:
+        """Return the companion of a class, which is created if the tree has none."""
+        found = self.companion(cls)
         if found is None:
-            found = self.companions[kind] = kind()
+            found = self.companions[cls] = cls()
         return found
 
     # --- removing

@@ -13,10 +13,10 @@ from tf_tree_py.core.geometry.so3 import Array
 # At least this many rows are kept, if there are as many, and at most twice as many.
 _KEPT = 128
 _GOLDEN = 0.6180339887498949
-_Kind = TypeVar('_Kind', bound=np.number)
+_Number = TypeVar('_Number', bound=np.number)
 
 
-class Sampled(Generic[_Kind]):
+class Sampled(Generic[_Number]):
     """
     About every n-th row of a stream, evenly over all time; n doubles as the stream grows.
 
@@ -32,7 +32,7 @@ class Sampled(Generic[_Kind]):
 
     __slots__ = ('count', 'kept', '_every', '_places')
 
-    def __init__(self, empty: npt.NDArray[_Kind]) -> None:
+    def __init__(self, empty: npt.NDArray[_Number]) -> None:
         """
         Begin without rows.
 

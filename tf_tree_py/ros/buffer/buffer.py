@@ -417,10 +417,10 @@ def _log_recording(happened: Happened, path: Path | None, why_not: str) -> None:
 
 def _why_anew(jump: TimeJump, now: int) -> str:
     """Return why time starts anew, as a clause."""
-    kind = {ClockChange.ROS_TIME_ACTIVATED: 'simulated', ClockChange.ROS_TIME_DEACTIVATED:
-            "the system's"}.get(jump.clock_change)
-    if kind is not None:
-        return f'use_sim_time was switched, and the clock is {kind} now'
+    clock = {ClockChange.ROS_TIME_ACTIVATED: 'simulated', ClockChange.ROS_TIME_DEACTIVATED:
+             "the system's"}.get(jump.clock_change)
+    if clock is not None:
+        return f'use_sim_time was switched, and the clock is {clock} now'
     back = -jump.delta.nanoseconds
     return (f'the clock went back by {format_span(back)}, from {format_stamp(now + back)} '
             f'to {format_stamp(now)}')

@@ -37,11 +37,11 @@ def check_is_ours(buffer: object, ours: type, user: str) -> None:
     """
     if isinstance(buffer, ours):
         return
-    kind = type(buffer)
+    cls = type(buffer)
     what_to_do = ('the buffer comes first, and then the node' if isinstance(buffer, Node)
                   else 'create it with `from tf_tree_py import Buffer`')
     raise TypeError(f'{user} takes a Buffer of tf_tree_py, and this is a '
-                    f'{kind.__module__}.{kind.__qualname__}: {what_to_do}')
+                    f'{cls.__module__}.{cls.__qualname__}: {what_to_do}')
 
 
 def check_places(call: str, *, buffer: object = None, node: object = None) -> None:

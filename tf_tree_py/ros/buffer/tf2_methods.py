@@ -164,7 +164,7 @@ class CoreApi(BufferCore):
             ``latest_common_time`` returns it.
         """
         # In simulated time a clock type that lookups accept; otherwise tf2's, for comparisons.
-        kind = ClockType.ROS_TIME if self._is_simulated() else ClockType.SYSTEM_TIME
+        clock_type = ClockType.ROS_TIME if self._is_simulated() else ClockType.SYSTEM_TIME
         stamp = self.latest_common_time(target_frame, source_frame)
         if stamp < 0:
             raise InvalidArgumentException(
@@ -172,7 +172,7 @@ class CoreApi(BufferCore):
                 f'{format_stamp(stamp)} s, and a Time of rclpy cannot be negative',
                 hint='latest_common_time() returns it in nanoseconds. Most likely a publisher has '
                      'a broken clock')
-        return Time(nanoseconds=stamp, clock_type=kind)
+        return Time(nanoseconds=stamp, clock_type=clock_type)
 
     def all_frames_as_yaml(self) -> str:
         """Return the stored data of every edge, in tf2's format."""

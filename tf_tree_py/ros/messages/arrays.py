@@ -83,6 +83,6 @@ def as_points(message: object) -> npt.NDArray[Any]:
 
 def _read(table: Mapping[type, Callable[[Any], Values]], message: object) -> Values:
     if type(message) not in table:
-        names = ', '.join(kind.__name__ for kind in table)
+        names = ', '.join(cls.__name__ for cls in table)
         raise TypeError(f'{type(message).__name__} is none of {names}')
     return table[type(message)](message)

@@ -39,13 +39,13 @@ _STEADY_TIME = ClockType.STEADY_TIME.value
 _LONGEST_UPTIME = 10**18
 
 
-def as_nanoseconds(time: Any, kind: type[Duration | Time] = Duration) -> int:
+def as_nanoseconds(time: Any, cls: type[Duration | Time] = Duration) -> int:
     """
     Return a time or a duration as integer nanoseconds.
 
     :param time: an rclpy ``Time`` or ``Duration``, their messages, or anything with
         ``nanoseconds`` or with ``sec`` and ``nanosec``.
-    :param kind: what was expected, for the error.
+    :param cls: what was expected, for the error.
     :raises TypeError: none of these, as in tf2: a caller would take a TransformException for a
         transform that is not available yet.
     """
@@ -56,17 +56,17 @@ def as_nanoseconds(time: Any, kind: type[Duration | Time] = Duration) -> int:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
         except AttributeError:
             what_to_pass = ('a time: pass a header.stamp or an rclpy.time.Time'
-                            if kind is Time else 'a duration: pass an rclpy.duration.Duration')
-            raise TypeError(f'{time!r} is not {what_to_pass}{_in_seconds(time, kind)}') from None
+                            if cls is Time else 'a duration: pass an rclpy.duration.Duration')
+            raise TypeError(f'{time!r} is not {what_to_pass}{_in_seconds(time, cls)}') from None
     return nanoseconds  # type: ignore[no-any-return]
 
 
-def _in_seconds(time: object, kind: type[Duration | Time]) -> str:
+def _in_seconds(time: object, cls: type[Duration | Time]) -> str:
     """Return how to write a number of seconds as a ``Duration`` or a ``Time``."""
     seconds = time.total_seconds() if isinstance(time, timedelta) else time
     if isinstance(seconds, bool) or not isinstance(seconds, float | int):
         return ''
-    return f'; {seconds} s is {kind.__name__}(seconds={seconds})'
+    return f'; {seconds} s is {cls.__name__}(seconds={seconds})'
 
 
 def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
@@ -88,8 +88,8 @@ def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:
     # simulated.
     if isinstance(time, Time) and stamp and (stamp < _LONGEST_UPTIME or is_simulated()):
         # Comparing rclpy's enumerations is several times slower.
-        kind = time.clock_type.value
-        if kind != _ROS_TIME and (kind == _STEADY_TIME or is_simulated()):
+        clock_type = time.clock_type.value
+        if clock_type != _ROS_TIME and (clock_type == _STEADY_TIME or is_simulated()):
             raise InvalidArgumentException(_other_clock(time))
     return stamp
 

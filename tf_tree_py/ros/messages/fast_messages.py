@@ -23,163 +23,163 @@ Function = Callable[..., Any]
 _CHECK_FIELDS = getattr(Vector3(), '_check_fields', None)
 
 
-def maker(kind: type) -> Function:
+def maker(cls: type) -> Function:
     """
     Return a function that makes a message of all its fields, given by position.
 
     Nothing is checked, converted or copied: a float field needs a float, and an array field the
     type that the message class itself stores.
     """
-    return slotted_maker(kind) if slots_are_known(kind) else public_maker(kind)
+    return slotted_maker(cls) if slots_are_known(cls) else public_maker(cls)
 
 
-def whole_maker(kind: type) -> Function:
+def whole_maker(cls: type) -> Function:
     """
     Return a function that makes a message and those in it, of all their values by position.
 
     Of a ``Pose`` these are x, y, z of its position, then x, y, z, w of its orientation.
     An array or a list is one value.
     """
-    known = all(map(slots_are_known, kinds_in(kind)))
-    return slotted_whole_maker(kind) if known else public_whole_maker(kind)
+    known = all(map(slots_are_known, classes_in(cls)))
+    return slotted_whole_maker(cls) if known else public_whole_maker(cls)
 
 
-def many_maker(kind: type) -> Function:
+def many_maker(cls: type) -> Function:
     """Return a function that makes messages of columns, a list for each field; see ``maker``."""
-    return slotted_many_maker(kind) if slots_are_known(kind) else public_many_maker(kind)
+    return slotted_many_maker(cls) if slots_are_known(cls) else public_many_maker(cls)
 
 
-def reader(kind: type) -> Function:
+def reader(cls: type) -> Function:
     """Return a function that reads messages of one kind into columns, a list for each field."""
-    return slotted_reader(kind) if slots_are_known(kind) else public_reader(kind)
+    return slotted_reader(cls) if slots_are_known(cls) else public_reader(cls)
 
 
-def slots_are_known(kind: type) -> bool:
+def slots_are_known(cls: type) -> bool:
     """Return whether a message class is laid out as this file expects."""
-    return list(getattr(kind, '__slots__', ())) == [*map('_{}'.format, fields_of(kind)),
-                                                    '_check_fields']
+    return list(getattr(cls, '__slots__', ())) == [*map('_{}'.format, fields_of(cls)),
+                                                   '_check_fields']
 
 
-def fields_of(kind: Any) -> list[str]:
+def fields_of(cls: Any) -> list[str]:
     """Return the names of a message's fields, in order."""
-    return list(kind.get_fields_and_field_types())
+    return list(cls.get_fields_and_field_types())
 
 
 @cache
-def parts_of(kind: type) -> dict[str, type | None]:
+def parts_of(cls: type) -> dict[str, type | None]:
     """Return a message's fields, in order, and the class of those that are messages."""
-    example = kind()
-    types = {field: type(getattr(example, field)) for field in fields_of(kind)}
+    example = cls()
+    types = {field: type(getattr(example, field)) for field in fields_of(cls)}
     return {field: part if hasattr(part, 'get_fields_and_field_types') else None
             for field, part in types.items()}
 
 
-def kinds_in(kind: type) -> Iterator[type]:
+def classes_in(cls: type) -> Iterator[type]:
     """Yield the class of a message, and of every message in it."""
-    yield kind
-    for part in parts_of(kind).values():
+    yield cls
+    for part in parts_of(cls).values():
         if part is not None:
-            yield from kinds_in(part)
+            yield from classes_in(part)
 
 
 # --- by the public interface
 
 
-def public_maker(kind: type) -> Function:
+def public_maker(cls: type) -> Function:
     """Return the maker that calls the constructor."""
-    fields = fields_of(kind)
-    return lambda *values: kind(**dict(zip(fields, values, strict=True)))
+    fields = fields_of(cls)
+    return lambda *values: cls(**dict(zip(fields, values, strict=True)))
 
 
-def public_whole_maker(kind: type) -> Function:
+def public_whole_maker(cls: type) -> Function:
     """Return the maker of whole messages that calls the constructors."""
-    leaves = list(_leaves_of(kind))
-    return lambda *values: _constructed(kind, dict(zip(leaves, values, strict=True)))
+    leaves = list(_leaves_of(cls))
+    return lambda *values: _constructed(cls, dict(zip(leaves, values, strict=True)))
 
 
-def _constructed(kind: type, values: dict[str, object], path: str = 'message') -> object:
+def _constructed(cls: type, values: dict[str, object], path: str = 'message') -> object:
     """Return a message by its constructor; ``values`` are named as ``_leaves_of`` does."""
-    return kind(**{
+    return cls(**{
         field: values[f'{path}__{field}'] if part is None
         else _constructed(part, values, f'{path}__{field}')
-        for field, part in parts_of(kind).items()})
+        for field, part in parts_of(cls).items()})
 
 
-def public_many_maker(kind: type) -> Function:
+def public_many_maker(cls: type) -> Function:
     """Return the maker of many that calls the constructor."""
-    make = public_maker(kind)
+    make = public_maker(cls)
     return lambda *columns: list(map(make, *columns))
 
 
-def public_reader(kind: type) -> Function:
+def public_reader(cls: type) -> Function:
     """Return the reader that reads the properties."""
-    fields = fields_of(kind)
+    fields = fields_of(cls)
     return lambda messages: [[getattr(message, field) for message in messages] for field in fields]
 
 
 # --- by the slots, with functions generated for the class, as dataclasses does
 
 
-def slotted_maker(kind: type) -> Function:
+def slotted_maker(cls: type) -> Function:
     """Return the maker that fills the slots."""
-    return _compiled(kind, f'def function({_list_of("{0}", kind)}):',
-                     '    message = new(kind)',
-                     f'    {_list_of("message._{0} = {0}", kind, "; ")}',
+    return _compiled(cls, f'def function({_list_of("{0}", cls)}):',
+                     '    message = new(cls)',
+                     f'    {_list_of("message._{0} = {0}", cls, "; ")}',
                      '    message._check_fields = check_fields',
                      '    return message')
 
 
-def slotted_whole_maker(kind: type) -> Function:
+def slotted_whole_maker(cls: type) -> Function:
     """Return the maker of whole messages that fills the slots."""
-    kinds: dict[str, type] = {}
+    classes: dict[str, type] = {}
 
-    def lines_of(kind: type, path: str) -> Iterator[str]:
-        kinds[f'{path}_kind'] = kind
-        yield f'    {path} = new({path}_kind)'
+    def lines_of(cls: type, path: str) -> Iterator[str]:
+        classes[f'{path}_cls'] = cls
+        yield f'    {path} = new({path}_cls)'
         yield f'    {path}._check_fields = check_fields'
-        for field, part in parts_of(kind).items():
+        for field, part in parts_of(cls).items():
             if part is not None:
                 yield from lines_of(part, f'{path}__{field}')
             yield f'    {path}._{field} = {path}__{field}'
 
-    body = list(lines_of(kind, 'message'))
-    return _compiled(kind, f'def function({", ".join(_leaves_of(kind))}):', *body,
-                     '    return message', **kinds)
+    body = list(lines_of(cls, 'message'))
+    return _compiled(cls, f'def function({", ".join(_leaves_of(cls))}):', *body,
+                     '    return message', **classes)
 
 
-def slotted_many_maker(kind: type) -> Function:
+def slotted_many_maker(cls: type) -> Function:
     """Return the maker of many that fills the slots."""
-    columns = _list_of('{0}', kind)
-    return _compiled(kind, f'def function({columns}):',
-                     f'    messages = list(map(new, repeat(kind, len({fields_of(kind)[0]}))))',
+    columns = _list_of('{0}', cls)
+    return _compiled(cls, f'def function({columns}):',
+                     f'    messages = list(map(new, repeat(cls, len({fields_of(cls)[0]}))))',
                      f'    for message, {columns} in zip(messages, {columns}):',
-                     f'        {_list_of("message._{0} = {0}", kind, "; ")}',
+                     f'        {_list_of("message._{0} = {0}", cls, "; ")}',
                      '        message._check_fields = check_fields',
                      '    return messages')
 
 
-def slotted_reader(kind: type) -> Function:
+def slotted_reader(cls: type) -> Function:
     """Return the reader that reads the slots."""
-    columns = _list_of('[message._{0} for message in messages]', kind)
-    return _compiled(kind, 'def function(messages):', f'    return [{columns}]')
+    columns = _list_of('[message._{0} for message in messages]', cls)
+    return _compiled(cls, 'def function(messages):', f'    return [{columns}]')
 
 
-def _leaves_of(kind: type, path: str = 'message') -> Iterator[str]:
+def _leaves_of(cls: type, path: str = 'message') -> Iterator[str]:
     """Yield a name for each value in a message: no field's name has two underscores in a row."""
-    for field, part in parts_of(kind).items():
+    for field, part in parts_of(cls).items():
         if part is None:
             yield f'{path}__{field}'
         else:
             yield from _leaves_of(part, f'{path}__{field}')
 
 
-def _list_of(pattern: str, kind: type, between: str = ', ') -> str:
-    return between.join(map(pattern.format, fields_of(kind)))
+def _list_of(pattern: str, cls: type, between: str = ', ') -> str:
+    return between.join(map(pattern.format, fields_of(cls)))
 
 
-def _compiled(kind: type, *lines: str, **kinds: type) -> Function:
-    names: dict[str, Any] = {'new': object.__new__, 'repeat': repeat, 'kind': kind,
-                             'check_fields': _CHECK_FIELDS, **kinds}
+def _compiled(cls: type, *lines: str, **classes: type) -> Function:
+    names: dict[str, Any] = {'new': object.__new__, 'repeat': repeat, 'cls': cls,
+                             'check_fields': _CHECK_FIELDS, **classes}
     exec('\n'.join(lines), names)
     return names['function']  # type: ignore[no-any-return]
 

@@ -103,8 +103,8 @@ def packed_cloud(header: Header, columns: Mapping[str, npt.NDArray[np.generic]],
 
     :param columns: by field name, of types that a PointField supports.
     """
-    kind = np.dtype([(name, values.dtype) for name, values in columns.items()])
-    points = np.empty(len(next(iter(columns.values()))), kind)
+    dtype = np.dtype([(name, values.dtype) for name, values in columns.items()])
+    points = np.empty(len(next(iter(columns.values()))), dtype)
     fields, offset = [], 0
     for name, values in columns.items():
         points[name] = values

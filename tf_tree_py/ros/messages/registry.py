@@ -85,7 +85,7 @@ class TransformRegistration:
         """
         transformer = _transformers.get(key) or TRANSFORMERS.get(key)
         if transformer is None:
-            ready = ', '.join(kind.__name__ for kind in TRANSFORMERS)
+            ready = ', '.join(cls.__name__ for cls in TRANSFORMERS)
             raise TypeException(
                 f'Type {key} is not loaded or supported: register how to transform it with '
                 'TransformRegistration().add(type, function), where the function takes an object '
@@ -150,10 +150,10 @@ def _itself(message: Object) -> Object:
     return message
 
 
-def _checked(message: object, kind: type[Object]) -> Object:
-    if not isinstance(message, kind):
+def _checked(message: object, cls: type[Object]) -> Object:
+    if not isinstance(message, cls):
         raise TypeException(
-            f'A {type(message).__name__} cannot be converted to a {kind.__name__}: register how '
+            f'A {type(message).__name__} cannot be converted to a {cls.__name__}: register how '
             'with ConvertRegistration().add_convert((type, type), function)')
     return message
 
@@ -186,8 +186,8 @@ def Stamped(obj: Any, stamp: TimeLike, frame_id: str) -> Any:
     """
     header = Header(stamp=time_message(as_nanoseconds(stamp, Time)), frame_id=frame_id)
     if type(obj) in STAMPED_FORMS:
-        kind, field = STAMPED_FORMS[type(obj)]
-        return kind(header=header, **{field: deepcopy(obj)})
+        cls, field = STAMPED_FORMS[type(obj)]
+        return cls(header=header, **{field: deepcopy(obj)})
     try:
         obj.header = header
     except AttributeError:

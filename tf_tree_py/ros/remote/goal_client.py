@@ -151,10 +151,10 @@ class GoalClient:
         self._progress = threading.Condition(self._lock)
         home = internal_node(node, 'buffer_client_impl', with_clock=False)
         self._send, self._fetch, self._cancel = (
-            home.create_client(kind, node.resolve_service_name(f'{name}/_action/{service}'),
+            home.create_client(srv_type, node.resolve_service_name(f'{name}/_action/{service}'),
                                qos_profile=service_qos())
-            for kind, service in ((_SendGoal, 'send_goal'), (_GetResult, 'get_result'),
-                                  (CancelGoal, 'cancel_goal')))
+            for srv_type, service in ((_SendGoal, 'send_goal'), (_GetResult, 'get_result'),
+                                      (CancelGoal, 'cancel_goal')))
         self._servers = ServerWatch(home, self.name)
         self._responses = Responses(home, self._end_calls, self._check, check_period_s)
 

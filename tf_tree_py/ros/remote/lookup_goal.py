@@ -67,7 +67,7 @@ def full_goal(target_frame: str, target_stamp: int, source_frame: str, source_st
 def error_result(error: TransformException, timed_out: bool) -> LookupTransform.Result:
     """Return the result with the reason why there is no transform."""
     code = TF2Error.TIMEOUT_ERROR if timed_out else next(
-        code for code, kind in _EXCEPTIONS.items() if isinstance(error, kind))
+        code for code, cls in _EXCEPTIONS.items() if isinstance(error, cls))
     return LookupTransform.Result(error=TF2Error(error=code, error_string=str(error)))
 
 

@@ -318,11 +318,11 @@ class Receiver:
     def _drain(self, subscription: Subscription, with_info: bool) -> int:
         """Take the messages that have arrived; return the count."""
         handle = subscription.handle
-        take, kind, raw = handle.take_message, subscription.msg_type, subscription.raw
+        take, msg_type, raw = handle.take_message, subscription.msg_type, subscription.raw
         callback = subscription.callback
         for count in range(_MAX_TAKEN_AT_ONCE):
             try:
-                taken = take(kind, raw)
+                taken = take(msg_type, raw)
                 if taken is None:
                     return count
                 if with_info:

@@ -87,9 +87,9 @@ class Responses(Receiver):
     def _take(self, client: Client) -> None:
         """Take one response, and pass it to the request that waits for it."""
         handle = client.handle
-        kind: Any = client.srv_type
+        srv_type: Any = client.srv_type
         try:
-            header, response = handle.take_response(kind.Response)
+            header, response = handle.take_response(srv_type.Response)
             if header is None:
                 return  # it was for another client
             with suppress(KeyError):  # the request was cancelled

@@ -66,7 +66,7 @@ def sensor_qos(depth: int = 10) -> QoSProfile:
                       durability=DurabilityPolicy.VOLATILE)
 
 
-def overriding(node: Node, topic: str, kind: Literal['publisher', 'subscription'],
+def overriding(node: Node, topic: str, entity: Literal['publisher', 'subscription'],
                static: bool) -> QoSOverridingOptions | None:
     """
     Return the options that let parameters of a node override a profile, as in tf2's C++ nodes.
@@ -76,7 +76,7 @@ def overriding(node: Node, topic: str, kind: Literal['publisher', 'subscription'
 
     :param topic: fully resolved.
     """
-    begin = f'qos_overrides.{topic}.{kind}.'
+    begin = f'qos_overrides.{topic}.{entity}.'
     if not any(parameter.name.startswith(begin) for parameter in qos_overrides_of(node)):
         return None
     policies = [QoSPolicyKind.DEPTH, QoSPolicyKind.HISTORY, QoSPolicyKind.RELIABILITY]

@@ -154,9 +154,9 @@ def _take(lock: threading.Lock, found: list[Detection], type_name: str, message:
 
 
 def _message_type(name: str) -> Any:
-    package, _, kind = name.partition('/msg/')
+    package, _, message = name.partition('/msg/')
     try:
-        return getattr(importlib.import_module(f'{package}.msg'), kind)
+        return getattr(importlib.import_module(f'{package}.msg'), message)
     except (ImportError, AttributeError) as error:
         raise Cannot(f'messages of {name} cannot be read: {package} is not installed here'
                      ) from error

@@ -69,8 +69,8 @@ def write_origin(path: Path, parent: str, child: str, pose: Pose) -> Change:
 class _Joint:
     """A joint while its element is read, with the byte offsets of its parts."""
 
-    def __init__(self, kind: str, begin: int) -> None:
-        self.kind, self.begin = kind, begin
+    def __init__(self, joint_type: str, begin: int) -> None:
+        self.joint_type, self.begin = joint_type, begin
         self.origins: list[int] = []
         # The first element of xacro in it, and the first origin inside another element.
         self.xacro: int | None = None
@@ -99,9 +99,9 @@ def _joint_of(path: Path, data: bytes, parent: str, child: str) -> _Joint:
         lines = ', '.join(str(_line(data, joint.begin)) for joint in joints)
         raise Cannot(f'{path} has several joints between {parent} and {child}, in the lines '
                      f'{lines}: edit the one that applies by hand')
-    if joints[0].kind != 'fixed':
+    if joints[0].joint_type != 'fixed':
         raise Cannot(f'{path}: the joint between {parent} and {child} is of the type '
-                     f'{joints[0].kind!r}, not fixed')
+                     f'{joints[0].joint_type!r}, not fixed')
     return joints[0]
 
 

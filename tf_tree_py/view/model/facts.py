@@ -86,9 +86,9 @@ def _path(explanation: Explanation) -> list[Fact]:
 
 def _of_edge(edge: ExplainedEdge, stamp: int) -> str:
     if edge.info.static:
-        return _joined(explanation_text.kind_of(edge), _sender(edge))
+        return _joined(explanation_text.rate_of(edge), _sender(edge))
     apart = explanation_text.apart(edge)
-    return _joined(explanation_text.kind_of(edge), _newest(edge.age),
+    return _joined(explanation_text.rate_of(edge), _newest(edge.age),
                    explanation_text.around(edge, stamp), apart and f'{apart} apart', _sender(edge))
 
 

@@ -55,7 +55,7 @@ class RestingRobot:
 
 def _sliders(joint: Joint) -> list[Slider]:
     """Return the slider of a joint; none for planar and floating joints."""
-    if joint.kind not in ('revolute', 'continuous', 'prismatic'):
+    if joint.joint_type not in ('revolute', 'continuous', 'prismatic'):
         return []
     least, most = joint.limits or (-_UNLIMITED, _UNLIMITED)
     return [Slider(variable, min(least, rest), max(most, rest), rest)

@@ -96,8 +96,8 @@ class LiveSensors(SensorSource):
 
 
 def _type_of(name: str) -> Any:
-    package, *_, kind = name.split('/')
-    return getattr(import_module(f'{package}.msg'), kind)
+    package, *_, message = name.split('/')
+    return getattr(import_module(f'{package}.msg'), message)
 
 
 def _keep(type_name: str, recent: Recent, message: object) -> None:

@@ -71,9 +71,9 @@ def _coloured(encoding: str) -> Callable[[Pixels, int], Pixels]:
     return read
 
 
-def _grey(kind: str) -> Callable[[Pixels, int], Pixels]:
+def _grey(dtype: str) -> Callable[[Pixels, int], Pixels]:
     def read(rows: Pixels, width: int) -> Pixels:
-        values = np.ascontiguousarray(rows[:, :width * np.dtype(kind).itemsize]).view(kind)
+        values = np.ascontiguousarray(rows[:, :width * np.dtype(dtype).itemsize]).view(dtype)
         return np.repeat(_stretched(values)[:, :, None], 3, axis=2)
 
     return read
