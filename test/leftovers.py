@@ -176,7 +176,7 @@ def _ros() -> dict[str, bool]:
     return {'rclpy is initialized': True} if hasattr(ros, 'ok') and ros.ok() else {}
 
 
-def _sockets(*kinds: str) -> dict[str, str]:
+def _sockets(*protocols: str) -> dict[str, str]:
     """
     Return the sockets of some kinds that have an address, with the port of those that have one.
 
@@ -185,12 +185,12 @@ def _sockets(*kinds: str) -> dict[str, str]:
     own = {link.removeprefix('socket:[').removesuffix(']')
            for link in map(_link, os.listdir('/proc/self/fd')) if link.startswith('socket:')}
     found = {}
-    for kind in kinds:
-        for line in _lines(f'/proc/net/{kind}'):
+    for protocol in protocols:
+        for line in _lines(f'/proc/net/{protocol}'):
             words = line.split()
             if _CLAIM not in line and (inode := own.intersection(words)):
-                port = '' if kind == 'unix' else f'port {int(words[1].partition(":")[2], 16)}'
-                found[f'{kind} {inode.pop()}'] = port
+                port = '' if protocol == 'unix' else f'port {int(words[1].partition(":")[2], 16)}'
+                found[f'{protocol} {inode.pop()}'] = port
     return found
 
 

@@ -137,10 +137,10 @@ def observed_by(program: Path) -> dict[Pair, str]:
     return {(held, taken): stack for held, taken, stack in json.loads(last)}
 
 
-def _making(make: Callable[[], Any], kind: type[Lock]) -> Callable[[], Any]:
+def _making(make: Callable[[], Any], cls: type[Lock]) -> Callable[[], Any]:
     def made() -> Any:
         name = _name(sys._getframe(1))
-        return make() if name is None else kind(make(), name)
+        return make() if name is None else cls(make(), name)
 
     return made
 
@@ -168,9 +168,9 @@ def _name(frame: FrameType | None) -> str | None:
 def _owner(frame: FrameType, module: str) -> str:
     """Return the class that made a lock, which an object's class may inherit, or its module."""
     code = frame.f_code
-    for kind in type(frame.f_locals.get('self')).__mro__:
-        if getattr(vars(kind).get(code.co_name), '__code__', None) is code:
-            return kind.__name__
+    for cls in type(frame.f_locals.get('self')).__mro__:
+        if getattr(vars(cls).get(code.co_name), '__code__', None) is code:
+            return cls.__name__
     return module.rpartition('.')[2]
 
 

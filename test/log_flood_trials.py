@@ -61,10 +61,10 @@ def transforms(number):
     return garbage(number, int(time.time()))
 
 
-def poses(kind, frame):
+def poses(cls, frame):
     """Return a function that makes poses with five faults, or none."""
     def make(number):
-        message = kind()
+        message = cls()
         turn, way = divmod(number, 6)
         message.header.frame_id = frame if way else f'wrong_{turn}'
         message.header.stamp.sec = int(time.time()) if way > 1 else -turn
@@ -101,11 +101,11 @@ def at_1_khz(send):
     return number
 
 
-def over_dds(kind, topic, make):
+def over_dds(cls, topic, make):
     import rclpy
     from rclpy.serialization import serialize_message
     rclpy.init()
-    publisher = rclpy.create_node('floods').create_publisher(kind, topic, 1000)
+    publisher = rclpy.create_node('floods').create_publisher(cls, topic, 1000)
     while not publisher.get_subscription_count():
         time.sleep(0.01)
     return at_1_khz(lambda number: publisher.publish(

@@ -126,8 +126,8 @@ class _Finder(ast.NodeVisitor):
     def _replace(self, node: ast.expr | ast.stmt, replacement: str) -> None:
         self._add(*self._span(node), replacement)
 
-    def _replace_operator(self, left: ast.expr, kind: ast.AST, right: ast.expr) -> None:
-        word, *others = _OPERATORS.get(type(kind), ('',))
+    def _replace_operator(self, left: ast.expr, operator: ast.AST, right: ast.expr) -> None:
+        word, *others = _OPERATORS.get(type(operator), ('',))
         begin, end = self._span(left)[1], self._span(right)[0]
         gap = self._source[begin:end]
         at = gap.find(word.encode())
@@ -216,8 +216,8 @@ class _Finder(ast.NodeVisitor):
 
     def visit_Compare(self, node: ast.Compare) -> None:
         operands = [node.left, *node.comparators]
-        for (left, right), kind in zip(pairwise(operands), node.ops, strict=True):
-            self._replace_operator(left, kind, right)
+        for (left, right), operator in zip(pairwise(operands), node.ops, strict=True):
+            self._replace_operator(left, operator, right)
         # Nothing but None itself is None.
         self._visit_all(each for each in operands if self._text(each) != 'None')
 
@@ -229,10 +229,10 @@ class _Finder(ast.NodeVisitor):
             self._negate(value)
         self.generic_visit(node)
 
-    def _drop(self, left: ast.expr, kind: ast.boolop, right: ast.expr) -> None:
+    def _drop(self, left: ast.expr, operator: ast.boolop, right: ast.expr) -> None:
         (begin, end), (begin_2, end_2) = self._span(left), self._span(right)
         # With a parenthesis between them, one would be left alone.
-        if self._source[end:begin_2].split() == [_OPERATORS[type(kind)][0].encode()]:
+        if self._source[end:begin_2].split() == [_OPERATORS[type(operator)][0].encode()]:
             self._add(begin, begin_2, '')
             self._add(end, end_2, '')
 

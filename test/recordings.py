@@ -27,19 +27,19 @@ class Replay:
     """
     One buffer, and the recording's operations as calls on it.
 
-    :param kind: the class of the buffer.
+    :param cls: the class of the buffer.
     :param with_sign: the core's function for tf2's sign of a quaternion; the core itself has no
         preferred sign, messages get it by this function.
     """
 
-    def __init__(self, kind, with_sign):
-        self.kind, self.with_sign = kind, with_sign
+    def __init__(self, cls, with_sign):
+        self.cls, self.with_sign = cls, with_sign
 
     def run(self, operation):
         return getattr(self, 'run_' + operation['op'])(operation)
 
     def run_new(self, operation):
-        self.buffer = self.kind(operation['cache_time'])
+        self.buffer = self.cls(operation['cache_time'])
 
     def run_set(self, operation):
         self.buffer.insert(operation['parent'], operation['child'], operation['stamp'],
@@ -65,7 +65,7 @@ class Replay:
         try:
             self.run_lookup(operation)
         except Exception as error:
-            if 'TransformException' in kinds_of(error):
+            if 'TransformException' in class_names_of(error):
                 return False
             raise
         return True
@@ -74,9 +74,9 @@ class Replay:
         return self.buffer.latest_common_time(operation['target'], operation['source'])
 
 
-def kinds_of(error):
+def class_names_of(error):
     """Return the names of an error's classes."""
-    return [kind.__name__ for kind in type(error).__mro__]
+    return [cls.__name__ for cls in type(error).__mro__]
 
 
 def problems_of(replay: Replay, recording: Path) -> tuple[int, list[str]]:
@@ -100,7 +100,7 @@ def _problem(replay, operation):
     try:
         answer = replay.run(operation)
     except Exception as error:
-        if expected in kinds_of(error):
+        if expected in class_names_of(error):
             return ''
         return f'{type(error).__name__}: {error}'
     if expected is not None:

@@ -84,10 +84,10 @@ def scanned(path):
     return data, scan.lost
 
 
-@pytest.mark.parametrize('kind', PLAIN)
+@pytest.mark.parametrize('form', PLAIN)
 @pytest.mark.parametrize('part', PARTS)
-def test_every_message_before_the_cut_is_read(tmp_path, kind, part):
-    whole = PLAIN[kind](tmp_path / 'run')
+def test_every_message_before_the_cut_is_read(tmp_path, form, part):
+    whole = PLAIN[form](tmp_path / 'run')
     file = cut(whole, part)
     data, words = scanned(file)
     there, serialize = file.read_bytes(), as_ros1 if file.suffix == '.bag' else as_cdr
@@ -106,13 +106,13 @@ def assert_adds_up(whole, file, data, words):
         assert (len(shorter) == len(data)) == is_same or not data
 
 
-@pytest.mark.parametrize('kind', PACKED)
+@pytest.mark.parametrize('form', PACKED)
 @pytest.mark.parametrize('part', PARTS)
-def test_messages_and_lost_bytes_of_a_compressed_file_add_up(tmp_path, kind, part):
-    whole = PACKED[kind](tmp_path / 'run')
+def test_messages_and_lost_bytes_of_a_compressed_file_add_up(tmp_path, form, part):
+    whole = PACKED[form](tmp_path / 'run')
     file = cut(whole, part)
     data, words = scanned(file)
-    if 'lz4' in kind:
+    if 'lz4' in form:
         assert lost_bytes(words)[0] < 1_000 and len(data) > (part - 0.05) * len(RUN)
     assert_adds_up(whole, file, data, words)
 
@@ -170,34 +170,34 @@ def test_messages_behind_a_damaged_chunk_have_their_topics(tmp_path):
     assert lost_bytes(scan.lost)[0] > 10_000
 
 
-@pytest.mark.parametrize('kind', ['mcap', 'ros1'])
-def test_messages_without_a_topic_count_as_lost(tmp_path, kind):
-    file = PLAIN[kind](tmp_path / 'run')
+@pytest.mark.parametrize('form', ['mcap', 'ros1'])
+def test_messages_without_a_topic_count_as_lost(tmp_path, form):
+    file = PLAIN[form](tmp_path / 'run')
     data = bytearray(file.read_bytes())
-    if kind == 'mcap':
+    if form == 'mcap':
         data = data[:data.rindex(b'\x0f', 0, data.rindex(b'rosbag2'))]
         place = data.index(b'\x04', data.index(b'tf2_msgs/msg/TFMessage') + 22)
         data[place] = 0x70
     else:
         data = data.replace(b'op=\7', b'op=\x11')  # no connection
     file.write_bytes(data)
-    scan = (Ros1Scan if kind == 'ros1' else McapScan)(file)
+    scan = (Ros1Scan if form == 'ros1' else McapScan)(file)
     assert len(list(scan)) < len(RUN)
     assert lost_bytes(scan.lost)[0] > 0.5 * len(data)
 
 
-@pytest.mark.parametrize('kind', ['mcap', 'ros1'])
-def test_length_that_is_damaged_within_a_whole_chunk_claims_nothing_behind_it(tmp_path, kind):
-    if kind == 'mcap':
+@pytest.mark.parametrize('form', ['mcap', 'ros1'])
+def test_length_that_is_damaged_within_a_whole_chunk_claims_nothing_behind_it(tmp_path, form):
+    if form == 'mcap':
         file, before = write_mcap(tmp_path / 'run.mcap', RUN[:50], 'none'), 2 + 4 + 8 + 8 + 8
     else:
         file, before = write_ros1(tmp_path / 'run.bag', RUN[:50]), 4
     data = bytearray(file.read_bytes())
-    serialize = as_ros1 if kind == 'ros1' else as_cdr
+    serialize = as_ros1 if form == 'ros1' else as_cdr
     place = data.index(serialize(RUN[20].transforms)) - before
     data[place + 3] = 0x7f
     file.write_bytes(data)
-    scan = (Ros1Scan if kind == 'ros1' else McapScan)(file)
+    scan = (Ros1Scan if form == 'ros1' else McapScan)(file)
     assert len(list(scan)) >= 20
     lost, more = lost_bytes(scan.lost)
     assert 100 < lost < len(data) and not more

@@ -67,9 +67,9 @@ CUT = {
 }
 
 
-@pytest.mark.parametrize('kind', CUT)
-def test_of_a_bag_that_is_cut_off_what_can_be_read_is_there(tmp_path, kind):
-    buffer, told = warned(CUT[kind](tmp_path / 'run'))
+@pytest.mark.parametrize('form', CUT)
+def test_of_a_bag_that_is_cut_off_what_can_be_read_is_there(tmp_path, form):
+    buffer, told = warned(CUT[form](tmp_path / 'run'))
     print(told)
     taken = buffer.statistics.accepted
     assert 0.4 < taken / sum(len(message.transforms) for message in MANY) < 0.9
@@ -80,9 +80,9 @@ def test_of_a_bag_that_is_cut_off_what_can_be_read_is_there(tmp_path, kind):
     assert [edge._replace(authority='') for edge in buffer.edges()] == [
         edge._replace(authority='') for edge in fed(there).edges()]
     # It depends on the version of SQLite whether pages are in the order of the messages.
-    assert kind == 'sqlite3' or there == MANY[:len(there)]
+    assert form == 'sqlite3' or there == MANY[:len(there)]
     assert 'messages could be read' in told
-    assert ('bytes could not' in told) == ('sqlite3' not in kind)
+    assert ('bytes could not' in told) == ('sqlite3' not in form)
 
 
 @pytest.mark.parametrize('write', [
@@ -190,9 +190,9 @@ def test_mcap_of_another_tool_is_read_without_its_profile(tmp_path):
 
 # --- no overstatement, no exception, no excessive memory
 
-@pytest.mark.parametrize('kind', CUT)
-def test_no_more_is_said_to_be_lost_than_there_is(tmp_path, kind):
-    _, told = warned(CUT[kind](tmp_path / 'run'))
+@pytest.mark.parametrize('form', CUT)
+def test_no_more_is_said_to_be_lost_than_there_is(tmp_path, form):
+    _, told = warned(CUT[form](tmp_path / 'run'))
     for lost, size in re.findall(r'and ([0-9,]+) of its ([0-9,]+) bytes could not', told):
         # All of the file except a piece of its last message is read.
         assert int(lost.replace(',', '')) < 0.1 * int(size.replace(',', ''))

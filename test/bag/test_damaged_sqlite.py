@@ -43,13 +43,13 @@ def test_every_message_before_the_cut_is_read_once_and_the_others_are_counted(
     assert 0.99 * len(DATA) < len(given) + missing_rows(lost) <= len(DATA)
 
 
-def pages_of(data, kind, root):
+def pages_of(data, page_type, root):
     """Return the numbers of the pages of one kind that the tree of a table has."""
     found, left = [], [root]
     while left:
         number = left.pop()
         page = data[(number - 1) * PAGE:number * PAGE]
-        if page[0] == kind:
+        if page[0] == page_type:
             found.append(number)
         if page[0] == 5:
             count, = struct.unpack_from('>H', page, 3)

@@ -37,7 +37,7 @@ from tf_tree_py.recording.errors import needs_extra
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
-KINDS = {
+FORMS = {
     'mcap': lambda path: write_ros2(path, RUN),
     'sqlite3': lambda path: write_ros2(path, RUN, 'sqlite3'),
     'mcap, one file': lambda path: file_of(write_ros2(path, RUN)),
@@ -62,11 +62,11 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize('kind', KINDS)
-def test_bag_of_any_kind_answers_as_a_buffer_that_was_fed(tmp_path, kind):
+@pytest.mark.parametrize('form', FORMS)
+def test_bag_of_any_kind_answers_as_a_buffer_that_was_fed(tmp_path, form):
     with warnings.catch_warnings():
         warnings.simplefilter('error')
-        buffer = open_bag(KINDS[kind](tmp_path / 'run'))
+        buffer = open_bag(FORMS[form](tmp_path / 'run'))
     assert_same(buffer, fed(RUN))
     assert buffer.statistics.accepted == sum(len(message.transforms) for message in RUN)
 

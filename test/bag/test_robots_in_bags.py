@@ -14,7 +14,7 @@ from tf_tree_py.bag.files.joint_states import JointStateReader
 from tf_tree_py.core import Pose
 from tf_tree_py.urdf import DescriptionError, Robot
 
-KIND = 'sensor_msgs/msg/JointState'
+TYPE = 'sensor_msgs/msg/JointState'
 ARM = """
 <robot name="arm">
   <link name="base"/><link name="plate"/><link name="upper"/><link name="slide"/>
@@ -39,19 +39,19 @@ def message_of(types, stamp, names, positions):
     header, time = types.types['std_msgs/msg/Header'], types.types['builtin_interfaces/msg/Time']
     seq = {'seq': 7} if types is NOETIC else {}
     nothing = np.empty(0)
-    return types.types[KIND](
+    return types.types[TYPE](
         header=header(stamp=time(*divmod(stamp, SECOND)), frame_id='an odd one', **seq),
         name=list(names), position=np.array(positions, float), velocity=nothing, effort=nothing)
 
 
 def as_bytes(ros1, *said, little_endian=True):
     if ros1:
-        return bytes(NOETIC.serialize_ros1(message_of(NOETIC, *said), KIND))
-    return bytes(JAZZY.serialize_cdr(message_of(JAZZY, *said), KIND, little_endian=little_endian))
+        return bytes(NOETIC.serialize_ros1(message_of(NOETIC, *said), TYPE))
+    return bytes(JAZZY.serialize_cdr(message_of(JAZZY, *said), TYPE, little_endian=little_endian))
 
 
 def states(ros1=False, topic='/joint_states'):
-    return [Message(stamp + 1000, topic, [], type_name=KIND,
+    return [Message(stamp + 1000, topic, [], type_name=TYPE,
                     data=as_bytes(ros1, stamp, NAMES, positions))
             for stamp, positions in zip(STAMPS, POSITIONS, strict=True)]
 
@@ -120,7 +120,7 @@ def test_of_several_topics_one_is_named(tmp_path, robot):
 
 
 def test_what_does_not_fit_is_told(tmp_path, robot):
-    odd = Message(START, '/joint_states', [], type_name=KIND,
+    odd = Message(START, '/joint_states', [], type_name=TYPE,
                   data=as_bytes(False, START, ['elbow'], [1.0]))
     cut = odd._replace(data=states()[0].data[:60])
     with pytest.raises(BagError, match="moves no joint of the robot 'arm', which has shoulder, r"):

@@ -42,11 +42,11 @@ def write(path, storage):
         writer = Writer2(path, version=9, storage_plugin=StoragePlugin[storage.upper()])
     with writer:
         topics = {}
-        for topic, kind, stamp, message in messages(types):
+        for topic, cls, stamp, message in messages(types):
             if topic not in topics:
-                topics[topic] = writer.add_connection(topic, kind.__msgtype__, typestore=types)
+                topics[topic] = writer.add_connection(topic, cls.__msgtype__, typestore=types)
             data = (types.serialize_ros1 if storage == 'ros1' else types.serialize_cdr)(
-                message, kind.__msgtype__)
+                message, cls.__msgtype__)
             writer.write(topics[topic], stamp + 777, data)
     return path
 

@@ -107,10 +107,10 @@ def test_refused_loop_is_told_frame_by_frame_with_both_publishers():
 
 @pytest.mark.parametrize('static', [True, False])
 def test_new_frame_is_hung_below_a_long_chain_without_climbing_it(monkeypatch, static):
-    kind = StaticHistory if static else Samples
+    cls = StaticHistory if static else Samples
     climbed = []
-    parents_between = kind.parents_between
-    monkeypatch.setattr(kind, 'parents_between', lambda history, begin, end: (
+    parents_between = cls.parents_between
+    monkeypatch.setattr(cls, 'parents_between', lambda history, begin, end: (
         climbed.append(history) or parents_between(history, begin, end)))
     buffer = BufferCore()
     chain(buffer, [f'f{number}' for number in range(300)], static=static)

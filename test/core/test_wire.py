@@ -207,16 +207,16 @@ def test_whatever_stamp_was_read_can_be_written(sec, nanosec):
 def mutated(rng, data):
     """Damage a message in one of the ways in which messages get damaged."""
     data = bytearray(data)
-    kind = rng.randrange(5)
-    if kind == 0:
+    damage = rng.randrange(5)
+    if damage == 0:
         return bytes(data[:rng.randrange(len(data) + 1)])
-    if kind == 1:
+    if damage == 1:
         return bytes(data) + rng.randbytes(rng.randrange(1, 20))
-    if kind == 2:
+    if damage == 2:
         return rng.randbytes(rng.randrange(len(data)))
     for _ in range(rng.randrange(1, 8)):
         data[rng.randrange(len(data))] = rng.randrange(256)
-    if kind == 3:
+    if damage == 3:
         data[:4] = b'\0\1\0\0'
     return bytes(data)
 

@@ -27,21 +27,21 @@ def test_table_lists_the_registry():
     from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
     named = sum(columns(), [])
     assert len(named) == len(set(named))
-    assert set(named) == {kind.__name__ for kind in TRANSFORMERS}
+    assert set(named) == {cls.__name__ for cls in TRANSFORMERS}
 
 
 def test_each_type_is_in_the_column_of_its_header():
     from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
-    with_header = {kind.__name__ for kind in TRANSFORMERS
-                   if 'header' in kind.get_fields_and_field_types()}
+    with_header = {cls.__name__ for cls in TRANSFORMERS
+                   if 'header' in cls.get_fields_and_field_types()}
     assert [set(column) for column in columns()] == [
-        with_header, {kind.__name__ for kind in TRANSFORMERS} - with_header]
+        with_header, {cls.__name__ for cls in TRANSFORMERS} - with_header]
 
 
 def test_packages_of_the_types_are_those_that_the_page_names():
     from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
     assert 'They are of geometry_msgs, nav_msgs and sensor_msgs.' in PAGE
-    assert {kind.__module__.partition('.')[0] for kind in TRANSFORMERS} == {
+    assert {cls.__module__.partition('.')[0] for cls in TRANSFORMERS} == {
         'geometry_msgs', 'nav_msgs', 'sensor_msgs'}
 
 

@@ -64,8 +64,8 @@ def until_arrived(buffer):
 @pytest.mark.parametrize('name', EXECUTORS)
 @pytest.mark.usefixtures('listener', 'woken_events_executor')
 def test_callback_runs_in_the_thread_that_spins(node, context, talker, called, name):
-    module, kind = name.split('.')
-    executor = getattr(pytest.importorskip(f'rclpy.{module}'), kind)(context=context)
+    module, executor_name = name.split('.')
+    executor = getattr(pytest.importorskip(f'rclpy.{module}'), executor_name)(context=context)
     executor.add_node(node)
     talker.fix(transform('map', 'base'))
     thread = spin_until_called(executor, called)

@@ -31,8 +31,8 @@ pytestmark = pytest.mark.usefixtures('installed')
 def test_setting_returns_nothing_as_in_tf2():
     import tf2_py
     import tf2_ros
-    for kind in (tf2_py.BufferCore, tf2_ros.Buffer):
-        buffer = kind()
+    for cls in (tf2_py.BufferCore, tf2_ros.Buffer):
+        buffer = cls()
         assert buffer.set_transform(transform('map', 'base', 1.0), 'somebody') is None
         assert buffer.set_transform_static(transform('base', 'camera'), 'somebody') is None
         assert buffer.can_transform_core('map', 'camera', at(1.0)) == (True, '')
@@ -102,10 +102,10 @@ def test_messages_are_transformed():
     found = buffer.transform(point, 'b', new_type=PointStamped).point
     assert (found.x, found.y, found.z) == pytest.approx((0.0, -2.0, -3.0))
     a_T_b = buffer.lookup_transform('a', 'b', at(2.0))
-    for name, kind in (('point', PointStamped), ('vector3', Vector3Stamped), ('pose', Pose),
-                       ('pose_stamped', PoseStamped), ('polygon_stamped', PolygonStamped),
-                       ('pose_with_covariance_stamped', PoseWithCovarianceStamped)):
-        assert type(getattr(tf2_geometry_msgs, f'do_transform_{name}')(kind(), a_T_b)) is kind
+    for name, cls in (('point', PointStamped), ('vector3', Vector3Stamped), ('pose', Pose),
+                      ('pose_stamped', PoseStamped), ('polygon_stamped', PolygonStamped),
+                      ('pose_with_covariance_stamped', PoseWithCovarianceStamped)):
+        assert type(getattr(tf2_geometry_msgs, f'do_transform_{name}')(cls(), a_T_b)) is cls
     from tf2_geometry_msgs.tf2_geometry_msgs import do_transform_point
     assert do_transform_point is tf2_geometry_msgs.do_transform_point
 
@@ -144,10 +144,10 @@ class OwnInterface:
 
 def test_registration_may_be_replaced():
     import tf2_ros
-    kind = type('Own', (OwnInterface, tf2_ros.BufferInterface), {})
-    assert kind().registration == 'theirs'
+    cls = type('Own', (OwnInterface, tf2_ros.BufferInterface), {})
+    assert cls().registration == 'theirs'
     with pytest.raises(tf2_ros.NotImplementedException):
-        kind().lookup_transform('a', 'b', Time())
+        cls().lookup_transform('a', 'b', Time())
 
 
 def test_client_asks_a_server(make_node, spin):
@@ -168,7 +168,7 @@ def test_client_takes_the_answers_of_a_server_made_by_hand(make_node, spin):
     """As in tests of programs: services that accept, and do not set the status."""
     import tf2_ros
     serving = make_node('serving')
-    kind = LookupTransform.Impl
+    action = LookupTransform.Impl
 
     def accept(request, response):
         response.accepted = True
@@ -178,8 +178,8 @@ def test_client_takes_the_answers_of_a_server_made_by_hand(make_node, spin):
         response.result.transform = transform('map', 'base', 1.0, x=2.0)
         return response
 
-    serving.create_service(kind.SendGoalService, '/mine/_action/send_goal', accept)
-    serving.create_service(kind.GetResultService, '/mine/_action/get_result', answer)
+    serving.create_service(action.SendGoalService, '/mine/_action/send_goal', accept)
+    serving.create_service(action.GetResultService, '/mine/_action/get_result', answer)
     with tf2_ros.BufferClient(make_node('client'), 'mine', timeout_padding=0.0) as client:
         spin(serving)
         found = client.lookup_transform('map', 'base', Time(), PATIENCE)

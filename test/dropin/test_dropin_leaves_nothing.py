@@ -21,15 +21,15 @@ class Overriding(TransformListener):
 
 
 def entities(node):
-    return [list(kind) for kind in (node.subscriptions, node.guards, node.waitables, node.timers)]
+    return [list(each) for each in (node.subscriptions, node.guards, node.waitables, node.timers)]
 
 
-@pytest.mark.parametrize('kind', [TransformListener, Overriding])
-def test_listener_that_is_unregistered_leaves_nothing_on_its_node(node, kind):
+@pytest.mark.parametrize('cls', [TransformListener, Overriding])
+def test_listener_that_is_unregistered_leaves_nothing_on_its_node(node, cls):
     buffer = Buffer()
     before = entities(node)
     for _ in range(3):
-        kind(buffer, node).unregister()
+        cls(buffer, node).unregister()
     assert entities(node) == before
     assert not buffer._spinning_threads
 

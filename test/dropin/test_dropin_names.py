@@ -157,7 +157,7 @@ def test_names_that_come_along_are_there():
     assert tf2_ros.TransformStamped is TransformStamped
     assert (tf2_ros.Duration, tf2_ros.Time) == (Duration, Time)
     assert Duration(seconds=1).nanoseconds == 10**9
-    assert {kind.__module__.split('.')[0] for kind in (PointStamped, PoseStamped)} == {
+    assert {cls.__module__.split('.')[0] for cls in (PointStamped, PoseStamped)} == {
         'geometry_msgs'}
 
 
@@ -165,10 +165,10 @@ def test_exceptions_are_one_family_everywhere():
     import tf2_py
     import tf2_ros
     for name in ('Connectivity', 'Lookup', 'Extrapolation', 'InvalidArgument', 'Timeout'):
-        kind = getattr(tf2_ros, f'{name}Exception')
-        assert kind is getattr(tf2_py, f'{name}Exception')
-        assert kind is getattr(tf_tree_py, f'{name}Exception')
-        assert kind.__mro__[1] is tf2_py.TransformException
+        cls = getattr(tf2_ros, f'{name}Exception')
+        assert cls is getattr(tf2_py, f'{name}Exception')
+        assert cls is getattr(tf_tree_py, f'{name}Exception')
+        assert cls.__mro__[1] is tf2_py.TransformException
     assert issubclass(tf2_py.TransformException, Exception)
 
 

@@ -128,10 +128,10 @@ class Visits:
         return told
 
 
-def _sockets(kind, state):
+def _sockets(protocol, state):
     """Yield the local and the remote addresses of this process's sockets, as the kernel does."""
     own = {os.readlink(path) for path in glob('/proc/self/fd/*') if os.path.islink(path)}
-    for line in Path(f'/proc/self/net/{kind}').read_text().splitlines()[1:]:
+    for line in Path(f'/proc/self/net/{protocol}').read_text().splitlines()[1:]:
         fields = line.split()
         if fields[3] == state and f'socket:[{fields[9]}]' in own:
             yield fields[1], fields[2]
@@ -139,9 +139,9 @@ def _sockets(kind, state):
 
 def listening():
     """Return where this process listens: address and port in the kernel's format, and the kind."""
-    return {(*local.split(':'), kind)
-            for kind, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07'))
-            for local, _ in _sockets(kind, state)}
+    return {(*local.split(':'), protocol)
+            for protocol, state in (('tcp', '0A'), ('tcp6', '0A'), ('udp', '07'), ('udp6', '07'))
+            for local, _ in _sockets(protocol, state)}
 
 
 def connections_to(endpoint):

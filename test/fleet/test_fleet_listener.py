@@ -208,7 +208,7 @@ def test_nothing_listens_beyond_this_machine(listen, robot):
     x_of(listen().buffer, 'map', 'robot7/base')
     # The router of these tests listens here.
     places = listening() - before
-    assert {(address, kind) for address, _, kind in places} == {('0100007F', 'tcp')}
+    assert {(address, protocol) for address, _, protocol in places} == {('0100007F', 'tcp')}
 
 
 # --- watching, and ending

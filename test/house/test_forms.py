@@ -44,8 +44,8 @@ def special_rotation_vectors(rng, count):
     return directions * np.resize(sizes, count)[:, None]
 
 
-def arguments(kind, rng, count):
-    """Return (count, ...) arguments of a kind, and each of them for the scalar form."""
+def arguments(what, rng, count):
+    """Return (count, ...) arguments, and each of them for the scalar form."""
     w = special_rotation_vectors(rng, count)
     q = so3.exp_many(w) * rng.choice([1.0, -1.0], size=(count, 1))
     v = rng.normal(size=(count, 3)) * np.resize([1.0, MILLION, 1e-9], count)[:, None]
@@ -60,7 +60,7 @@ def arguments(kind, rng, count):
         'c': np.resize([1.0, -1.0, 0.0, 0.7, -0.7, 1.0 - 1e-16, 1e-6 - 1.0, 1.0 + 3e-16], count),
         'R': so3.as_matrix_many(q),
         'T': se3.as_matrix_many(pose),
-    }[kind]
+    }[what]
     if array.ndim == 1:
         return array, array.tolist()
     return array, [tuple(row) if array.ndim == 2 else row for row in array.tolist()]
@@ -81,7 +81,7 @@ def test_every_pair_of_forms_is_compared():
 def test_scalar_and_vectorised_form_agree(form):
     module, name = form
     rng = np.random.default_rng(3)
-    arrays, scalars = zip(*(arguments(kind, rng, 72) for kind in ARGUMENTS[module, name]),
+    arrays, scalars = zip(*(arguments(what, rng, 72) for what in ARGUMENTS[module, name]),
                           strict=True)
     expected = [getattr(module, name)(*values) for values in zip(*scalars, strict=True)]
     assert_equal_forms(getattr(module, f'{name}_many')(*arrays), expected)
@@ -91,10 +91,10 @@ def test_scalar_and_vectorised_form_agree(form):
 def test_vectorised_form_broadcasts(form):
     module, name = form
     rng = np.random.default_rng(4)
-    kinds = ARGUMENTS[module, name]
-    arrays, scalars = zip(*(arguments(kind, rng, 3 + i) for i, kind in enumerate(kinds)),
+    wanted = ARGUMENTS[module, name]
+    arrays, scalars = zip(*(arguments(what, rng, 3 + i) for i, what in enumerate(wanted)),
                           strict=True)
-    spread = [np.reshape(array, (*(len(array) if i == k else 1 for k in range(len(kinds))),
+    spread = [np.reshape(array, (*(len(array) if i == k else 1 for k in range(len(wanted))),
                                  *array.shape[1:])) for i, array in enumerate(arrays)]
     results = getattr(module, f'{name}_many')(*spread)
     expected = [getattr(module, name)(*values) for values in itertools.product(*scalars)]

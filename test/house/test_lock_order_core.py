@@ -38,7 +38,7 @@ def test_buffers_take_locks_in_the_documented_order():
 def test_pairs_are_those_of_locks_that_a_thread_waits_for(monkeypatch):
     monkeypatch.setattr(lock_order, 'noted', {})
     first, second, third = (
-        kind(make(), name) for kind, make, name in (
+        cls(make(), name) for cls, make, name in (
             (lock_order.Lock, threading.Lock, 'first'),
             (lock_order.RLock, threading.RLock, 'second'),
             (lock_order.RLock, threading.RLock, 'third')))

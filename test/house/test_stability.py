@@ -71,7 +71,7 @@ def test_buffer_core_describes_every_parameter_as_the_plain_buffer_does(plain, f
 
 def test_no_class_has_methods_for_type_checkers_only():
     """They would hide the docstrings of the methods that they repeat from the reference."""
-    hidden = [f'{path}: {kind.name}' for path in house.files()
-              for kind in ast.walk(ast.parse(path.read_text())) if isinstance(kind, ast.ClassDef)
-              for part in kind.body if isinstance(part, ast.If)]
+    hidden = [f'{path}: {cls.name}' for path in house.files()
+              for cls in ast.walk(ast.parse(path.read_text())) if isinstance(cls, ast.ClassDef)
+              for part in cls.body if isinstance(part, ast.If)]
     assert not hidden

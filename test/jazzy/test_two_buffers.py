@@ -11,8 +11,8 @@ from programs import PATIENCE_S
 import pytest
 
 PROGRAM = Path(__file__).with_name('two_buffers.py')
-KINDS = {'LookupException', 'ConnectivityException', 'ExtrapolationException',
-         'InvalidArgumentException'}
+ERRORS = {'LookupException', 'ConnectivityException', 'ExtrapolationException',
+          'InvalidArgumentException'}
 
 
 @pytest.fixture(scope='module')
@@ -37,7 +37,7 @@ def is_error(answer):
 
 def test_there_are_answers_and_every_kind_of_error(answers):
     errors = {answer['theirs'][0] for answer in answers if is_error(answer['theirs'])}
-    assert errors >= KINDS
+    assert errors >= ERRORS
     assert sum(not is_error(answer['theirs']) for answer in answers) > 60
 
 

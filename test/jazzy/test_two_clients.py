@@ -36,17 +36,17 @@ def is_error(answer):
 
 
 def test_answers_and_classes_of_errors_are_the_same(said):
-    kinds = set()
+    errors = set()
     for each in said['found']:
         theirs, ours = each['theirs'], each['ours']
         assert is_error(theirs) == is_error(ours), each
         if is_error(theirs):
             assert theirs[0] in ours, each
-            kinds.add(theirs[0])
+            errors.add(theirs[0])
         else:
             assert ours == pytest.approx(theirs, abs=1e-9), each
-    assert kinds == {'LookupException', 'ConnectivityException', 'ExtrapolationException',
-                     'InvalidArgumentException'}
+    assert errors == {'LookupException', 'ConnectivityException', 'ExtrapolationException',
+                      'InvalidArgumentException'}
     assert sum(not is_error(each['theirs']) for each in said['found']) >= 12
 
 

@@ -25,7 +25,7 @@ def answer(buffer, method, *arguments):
     try:
         found = getattr(buffer, method)(*arguments)
     except Exception as error:  # noqa: B902 - the exceptions are compared
-        return [kind.__name__ for kind in type(error).__mro__]
+        return [cls.__name__ for cls in type(error).__mro__]
     if isinstance(found, Time):
         return [found.nanoseconds]
     at = found.transform.translation

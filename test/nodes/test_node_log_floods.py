@@ -50,8 +50,8 @@ def make(context, hear):
     """Make nodes that nothing spins."""
     made = []
 
-    def make(kind, *arguments, **parameters):
-        made.append(kind(*arguments, context=context, parameter_overrides=[
+    def make(cls, *arguments, **parameters):
+        made.append(cls(*arguments, context=context, parameter_overrides=[
             Parameter(name, value=value) for name, value in parameters.items()]))
         return made[-1]
 
@@ -83,9 +83,9 @@ def assert_told(log, clock, node, kinds, count, before=0):
     assert told(lines) == count
 
 
-def unusable(kind, number):
+def unusable(cls, number):
     """Return a pose of map -> base_link with one of five faults."""
-    message = kind()
+    message = cls()
     message.header.frame_id = 'map'
     message.header.stamp.sec = 5
     message.pose.pose.orientation.w = 1.0

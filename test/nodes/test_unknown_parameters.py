@@ -44,9 +44,9 @@ def test_nodes_in_one_process_know_of_each_other(start):
     assert demo.output.count('no parameter') == 2
 
 
-@pytest.mark.parametrize('kind', [FiveFramePublisher, FiveFrameListener])
-def test_what_rclpy_declares_by_itself_is_known(context, capfd, kind):
-    node = kind(context=context, parameter_overrides=[
+@pytest.mark.parametrize('cls', [FiveFramePublisher, FiveFrameListener])
+def test_what_rclpy_declares_by_itself_is_known(context, capfd, cls):
+    node = cls(context=context, parameter_overrides=[
         Parameter('use_sim_time', value=False), Parameter('frame_prefix', value='r/'),
         Parameter('qos_overrides./tf.publisher.depth', value=7)])
     node.destroy_node()

@@ -93,8 +93,8 @@ def spin(context):
     """Spin nodes in a thread until the end of the test."""
     spinning = []
 
-    def begin(*nodes, kind=SingleThreadedExecutor):
-        executor = kind(context=context)
+    def begin(*nodes, of_type=SingleThreadedExecutor):
+        executor = of_type(context=context)
         for node in nodes:
             executor.add_node(node)
         stop = Future()
@@ -150,8 +150,8 @@ def switching_often():
 @pytest.fixture(params=[True, False], ids=['wait_set', 'executor'])
 def use_wait_set(request, monkeypatch):
     """Receive with rclpy's wait set, and without; return which."""
-    for kind in (Receiver, Responses):
-        monkeypatch.setitem(kind.__init__.__kwdefaults__, 'use_wait_set', request.param)
+    for cls in (Receiver, Responses):
+        monkeypatch.setitem(cls.__init__.__kwdefaults__, 'use_wait_set', request.param)
     return request.param
 
 

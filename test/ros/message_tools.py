@@ -34,14 +34,14 @@ def _plain(rng):
     return float(rng.normal())
 
 
-def filled(kind, rng, number=_plain, length=3):
+def filled(cls, rng, number=_plain, length=3):
     """
     Return a message with a value in every field.
 
     :param number: creates the numbers of float fields; by default plain floats.
     """
-    message = kind()
-    for field, name in kind.get_fields_and_field_types().items():
+    message = cls()
+    for field, name in cls.get_fields_and_field_types().items():
         setattr(message, '_' + field, _value(name, rng, number, length))
     return message
 
@@ -65,8 +65,8 @@ def _value(name, rng, number, length):
         return bool(rng.integers(0, 2))
     if name == 'string':
         return 'base'
-    package, kind = name.split('/')
-    return filled(getattr(import_module(f'{package}.msg'), kind), rng, number, length)
+    package, message = name.split('/')
+    return filled(getattr(import_module(f'{package}.msg'), message), rng, number, length)
 
 
 def make_cloud(columns, offsets, point_step, height=1, row_padding=0, big=False, tail=0, seed=0):
@@ -82,8 +82,8 @@ def make_cloud(columns, offsets, point_step, height=1, row_padding=0, big=False,
     data = array('B', noise.astype(np.uint8).tobytes())
     fields = []
     for name, values in columns.items():
-        kind = np.dtype(values.dtype).newbyteorder('>' if big else '<')
-        view = np.ndarray((height, width), kind, data, offsets[name], (row_step, point_step))
+        dtype = np.dtype(values.dtype).newbyteorder('>' if big else '<')
+        view = np.ndarray((height, width), dtype, data, offsets[name], (row_step, point_step))
         view[:] = values.reshape(height, width)
         fields.append(PointField(name=name, offset=offsets[name], count=1,
                                  datatype=DATATYPES[values.dtype.str[1:]]))

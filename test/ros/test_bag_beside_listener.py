@@ -133,9 +133,9 @@ def heard_covariances(node, talker):
     with CovarianceListener(buffer, node) as listener:
         publishers = {}
         for topic, rules in RULES.items():
-            kind = PoseWithCovarianceStamped if topic == '/amcl_pose' else Odometry
-            listener.subscribe(kind, topic, qos=QoSProfile(depth=100), **rules)
-            publishers[topic] = talker.node.create_publisher(kind, topic, 100)
+            cls = PoseWithCovarianceStamped if topic == '/amcl_pose' else Odometry
+            listener.subscribe(cls, topic, qos=QoSProfile(depth=100), **rules)
+            publishers[topic] = talker.node.create_publisher(cls, topic, 100)
             talker.until_heard(publishers[topic])
         publishers['/tf_static_covariance'] = talker.node.create_publisher(
             Odometry, '/tf_static_covariance', KEEPS)

@@ -31,14 +31,14 @@ def heard(make_node, spin):
     return begin
 
 
-EACH_KIND = pytest.mark.parametrize(('kind', 'topic', 'durability', 'depth'), [
+EACH_KIND = pytest.mark.parametrize(('cls', 'topic', 'durability', 'depth'), [
     (TransformBroadcaster, 'tf', DurabilityPolicy.VOLATILE, 100),
     (StaticTransformBroadcaster, 'tf_static', DurabilityPolicy.TRANSIENT_LOCAL, 1),
 ], ids=['moving', 'static'])
 
 
 @EACH_KIND
-def test_qos_and_topic_are_those_of_tf2_unless_chosen(make_node, kind, topic, durability, depth):
+def test_qos_and_topic_are_those_of_tf2_unless_chosen(make_node, cls, topic, durability, depth):
     def profile(broadcaster, full_name):
         assert broadcaster.pub_tf.topic_name == full_name
         (info,) = node.get_publishers_info_by_topic(full_name)
@@ -47,15 +47,15 @@ def test_qos_and_topic_are_those_of_tf2_unless_chosen(make_node, kind, topic, du
 
     node = make_node('talking', namespace='/robot1')
     best_effort = QoSProfile(depth=7, reliability=ReliabilityPolicy.BEST_EFFORT)
-    assert profile(kind(node), f'/{topic}') == (depth, ReliabilityPolicy.RELIABLE, durability)
-    chosen = kind(node, best_effort, **{f'{topic}_topic': 'transforms'})
+    assert profile(cls(node), f'/{topic}') == (depth, ReliabilityPolicy.RELIABLE, durability)
+    chosen = cls(node, best_effort, **{f'{topic}_topic': 'transforms'})
     assert profile(chosen, '/robot1/transforms')[:2] == (7, ReliabilityPolicy.BEST_EFFORT)
-    assert kind(node, qos=3).pub_tf.qos_profile.depth == 3
+    assert cls(node, qos=3).pub_tf.qos_profile.depth == 3
 
 
 @EACH_KIND
-def test_copy_is_published_with_prefix_and_floats(node, heard, kind, topic, durability, depth):
-    broadcaster = kind(node, frame_prefix='robot1/', shared_frames=['map'])
+def test_copy_is_published_with_prefix_and_floats(node, heard, cls, topic, durability, depth):
+    broadcaster = cls(node, frame_prefix='robot1/', shared_frames=['map'])
     wait = heard(f'/{topic}')
     message = transform('map', 'odom', 3.0)
     message.transform.translation.x, message.transform.rotation.w = 3, 1

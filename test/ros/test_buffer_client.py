@@ -157,7 +157,7 @@ class OtherServer:
 def other(make_node, spin, client):
     node = make_node('other')
     other = OtherServer(node)
-    spin(node, kind=MultiThreadedExecutor)
+    spin(node, of_type=MultiThreadedExecutor)
     assert client.wait_for_server(PATIENCE)
     yield other
     other.close()
@@ -195,10 +195,10 @@ def test_can_transform_says_yes_or_no_and_why(ready):
     assert '"nowhere"' in why
 
 
-@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
-def test_executor_waits_in_a_callback_and_awaits_in_coroutines(ready, buffer, node, spin, kind):
+@pytest.mark.parametrize('of_type', [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_executor_waits_in_a_callback_and_awaits_in_coroutines(ready, buffer, node, spin, of_type):
     """Although the callback blocks the only thread of the node's executor."""
-    executor = spin(node, kind=kind)
+    executor = spin(node, of_type=of_type)
     blocking = executor.create_task(ready.lookup_transform, 'map', 'base', at(1.5), PATIENCE)
     assert x_of(result_of(blocking)) == 1.5
     tasks = [
@@ -226,7 +226,7 @@ def test_namespace_and_remapping_are_those_of_the_node(buffer, make_node, make_c
 # --- errors
 
 
-KINDS = {
+ERRORS = {
     TF2Error.LOOKUP_ERROR: tf.LookupException,
     TF2Error.CONNECTIVITY_ERROR: tf.ConnectivityException,
     TF2Error.EXTRAPOLATION_ERROR: tf.ExtrapolationException,
@@ -237,13 +237,13 @@ KINDS = {
 }
 
 
-@for_each(code=KINDS, status=['succeed', 'abort'])
+@for_each(code=ERRORS, status=['succeed', 'abort'])
 def test_code_of_an_error_becomes_its_exception(other, client, code, status):
     other.status = status
     other.result.error = TF2Error(error=code, error_string='so it is')
     with pytest.raises(tf.TransformException, match='so it is') as raised:
         client.lookup_transform('map', 'base', LATEST)
-    assert type(raised.value) is KINDS[code]
+    assert type(raised.value) is ERRORS[code]
 
 
 @for_each(timeout=[lasting(0.01), None, PATIENCE])

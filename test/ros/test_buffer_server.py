@@ -52,7 +52,7 @@ class Asker:
 
 
 @pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
-def kind(request):
+def of_type(request):
     return request.param
 
 
@@ -60,10 +60,10 @@ def kind(request):
 def serve(make_node, spin, asker):
     """Return a function that serves a buffer until the end of the test."""
     with ExitStack() as servers:
-        def begin(buffer, kind=SingleThreadedExecutor):
+        def begin(buffer, of_type=SingleThreadedExecutor):
             node = make_node('serving')
             server = servers.enter_context(BufferServer(buffer, node))
-            executor = spin(node, kind=kind)
+            executor = spin(node, of_type=of_type)
             until(asker.client.server_is_ready)
             return server, node, executor
 
@@ -83,8 +83,8 @@ def asker(make_node, spin):
 
 
 @pytest.fixture
-def server(buffer, serve, kind):
-    return serve(buffer, kind)[0]
+def server(buffer, serve, of_type):
+    return serve(buffer, of_type)[0]
 
 
 # --- results
@@ -212,8 +212,8 @@ def test_goals_of_a_closed_server_are_freed_after_its_last_use(serve, asker, buf
 
 
 def test_goals_of_a_server_that_is_closed_while_an_executor_enters_are_freed(
-        serve, asker, buffer, kind, pool, monkeypatch):
-    server, node, executor = serve(buffer, kind)
+        serve, asker, buffer, of_type, pool, monkeypatch):
+    server, node, executor = serve(buffer, of_type)
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
     action, is_entering, may_enter = action_of(node), threading.Event(), threading.Event()
@@ -240,9 +240,9 @@ def test_goals_of_a_server_that_is_closed_while_an_executor_enters_are_freed(
     until(lambda: not asker.client.server_is_ready())
 
 
-def test_closing_under_a_busy_executor_leaves_it_alone(asker, buffer, make_node, spin, kind):
+def test_closing_under_a_busy_executor_leaves_it_alone(asker, buffer, make_node, spin, of_type):
     """The action server of rclpy sometimes makes the executor's spin raise an exception."""
-    executor = spin(make_node('idle'), kind=kind)
+    executor = spin(make_node('idle'), of_type=of_type)
     for number in range(20):
         node = make_node(f'serving_{number}')
         executor.add_node(node)

@@ -26,10 +26,10 @@ class Unheard(BaseException):
     """Not an ``Exception``, so that hardly any code catches it."""
 
 
-def raising(kind, *words):
+def raising(cls, *words):
     """Return a callback that raises a new exception whenever it is called."""
     def call_back(*_):
-        raise kind(*words)
+        raise cls(*words)
 
     return call_back
 

@@ -44,8 +44,8 @@ LOOKUPS = {
 }
 
 
-def time_of(kind, seconds=10):
-    return Time(seconds=seconds, clock_type=kind)
+def time_of(clock_type, seconds=10):
+    return Time(seconds=seconds, clock_type=clock_type)
 
 
 def fill(buffer):
@@ -62,13 +62,13 @@ def simulated(simulated_buffer, sim_clock):
 
 @for_each(lookup=LOOKUPS)
 def test_times_that_cannot_be_compared_with_stamps_are_refused(simulated, lookup):
-    for buffer, kind, why in (
+    for buffer, clock_type, why in (
             (fill(Buffer()), STEADY, 'counts from when the machine started'),
             (simulated, STEADY, 'counts from when the machine started'),
             (simulated, SYSTEM, 'while time is simulated')):
         LOOKUPS[lookup](buffer, time_of(ROS))
         with pytest.raises(InvalidArgumentException, match=why):
-            LOOKUPS[lookup](buffer, time_of(kind))
+            LOOKUPS[lookup](buffer, time_of(clock_type))
 
 
 def test_refusal_says_what_was_passed_and_what_to_pass(simulated):
@@ -87,7 +87,7 @@ def test_times_that_can_be_compared_with_stamps_are_taken(simulated):
     plain = fill(Buffer())
     assert plain.lookup_transform('map', 'base', time_of(SYSTEM)).header.stamp.sec == 10
     for buffer in (plain, simulated):
-        latest = [time_of(kind, 0) for kind in (SYSTEM, ROS, STEADY)]
+        latest = [time_of(clock_type, 0) for clock_type in (SYSTEM, ROS, STEADY)]
         latest.append(buffer.get_latest_common_time('map', 'base'))
         assert [buffer.lookup_transform('map', 'base', time).header.stamp.sec
                 for time in (*latest, time_of(ROS))] == [19] * 4 + [10]
@@ -103,9 +103,9 @@ def test_client_of_a_server_refuses_them_too(make_node, sim_clock, simulated, sp
         spin(server_node)
         ask = partial(client.lookup_transform, 'map', 'base')
         assert ask(time_of(ROS), PATIENCE).header.stamp.sec == 10
-        for kind in (STEADY, SYSTEM):
+        for clock_type in (STEADY, SYSTEM):
             with pytest.raises(InvalidArgumentException, match=r'header\.stamp'):
-                ask(time_of(kind), PATIENCE)
+                ask(time_of(clock_type), PATIENCE)
 
 
 def test_programs_of_tf2_may_go_on_mixing_the_two(make_node, sim_clock, listen):

@@ -18,11 +18,11 @@ from tf_tree_py.ros.messages.convert import as_nanoseconds, as_pose
 class MessageReplay(Replay):
     """A recording, inserted into a buffer and looked up as messages and ROS times."""
 
-    def __init__(self, kind, lookup, lookup_full, *timeout):
-        self.kind, self.lookup, self.lookup_full, self.timeout = kind, lookup, lookup_full, timeout
+    def __init__(self, cls, lookup, lookup_full, *timeout):
+        self.cls, self.lookup, self.lookup_full, self.timeout = cls, lookup, lookup_full, timeout
 
     def run_new(self, operation):
-        self.buffer = self.kind(Duration(nanoseconds=operation['cache_time']))
+        self.buffer = self.cls(Duration(nanoseconds=operation['cache_time']))
 
     def run_set(self, operation):
         put = (self.buffer.set_transform_static if operation['static']

@@ -51,18 +51,18 @@ def test_every_kind_of_time_becomes_nanoseconds(time_and_nanoseconds):
 @for_each(wrong_and_hint=[
     *((wrong, r'is not a {what}: pass an? ')
       for wrong in (None, 1, 1.5, '1', SimpleNamespace(sec=1))),
-    (0.5, r'0.5 is not a {what}: .*; 0.5 s is {kind}\(seconds=0.5\)$'),
-    (2, r'; 2 s is {kind}\(seconds=2\)'),
-    (timedelta(seconds=90), r'; 90.0 s is {kind}\(seconds=90.0\)'),
+    (0.5, r'0.5 is not a {what}: .*; 0.5 s is {cls}\(seconds=0.5\)$'),
+    (2, r'; 2 s is {cls}\(seconds=2\)'),
+    (timedelta(seconds=90), r'; 90.0 s is {cls}\(seconds=90.0\)'),
     ('now', r"'now' is not a {what}: [^;]*$"),
     (True, r'True is not a {what}: [^;]*$'),
 ])
 def test_what_is_no_time_is_refused_with_what_to_write(wrong_and_hint):
     wrong, hint = wrong_and_hint
-    for kind in (Duration, Time):
-        name = kind.__name__
-        with pytest.raises(TypeError, match=hint.format(what=name.lower(), kind=name)):
-            convert.as_nanoseconds(wrong, kind)
+    for cls in (Duration, Time):
+        name = cls.__name__
+        with pytest.raises(TypeError, match=hint.format(what=name.lower(), cls=name)):
+            convert.as_nanoseconds(wrong, cls)
 
 
 def test_timedelta_of_pandas_is_no_time():

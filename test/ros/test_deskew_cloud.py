@@ -63,7 +63,7 @@ def forget():
 
 # The time fields of drivers: name, type, nanoseconds of the unit, whether they count from the
 # header's stamp, and the error in nanoseconds, of stamps of today and of small ones.
-@for_each(start=[CALENDAR, SIMULATED], kind=[
+@for_each(start=[CALENDAR, SIMULATED], field_type=[
     ('t', 'u4', 1, True, (0, 0)),
     ('time', 'f4', 1e9, True, (20, 20)),
     ('offset_time', 'u4', 1, True, (0, 0)),
@@ -75,9 +75,9 @@ def forget():
     ('timestamp', 'f8', 1e9, True, (1, 1)),
     ('t', 'i4', 1, True, (0, 0)),
 ])
-def test_wall_is_flat_only_after_deskewing(start, kind):
+def test_wall_is_flat_only_after_deskewing(start, field_type):
     points, stamps = scan(start)
-    field, dtype, unit, is_offset, errors = kind
+    field, dtype, unit, is_offset, errors = field_type
     told = stamps - start if is_offset else stamps
     told = (told / unit if dtype[0] == 'f' else told // unit).astype(dtype)
     cloud = cloud_of(points, start, **{field: told})

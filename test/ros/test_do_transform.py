@@ -27,7 +27,7 @@ from tf_tree_py.ros.messages.do_transform import do_transform, TRANSFORMERS
 from tf_tree_py.ros.messages.registry import STAMPED_FORMS
 from tf_tree_py.screws import carry
 
-GEOMETRY = [kind for kind in TRANSFORMERS if kind not in (LaserScan, PointCloud2)]
+GEOMETRY = [cls for cls in TRANSFORMERS if cls not in (LaserScan, PointCloud2)]
 
 SECOND = 10**9
 POSE = (1.0, -2.0, 3.0, 0.5, -0.5, 0.5, -0.5)
@@ -71,27 +71,27 @@ def assert_same(a, b, tolerance=1e-9):
 # --- properties of every type
 
 
-@for_each(kind=GEOMETRY)
-def test_result_shares_nothing_and_changes_nothing(kind):
-    message, transform = filled(kind, np.random.default_rng(2)), stamped_transform(POSE)
+@for_each(cls=GEOMETRY)
+def test_result_shares_nothing_and_changes_nothing(cls):
+    message, transform = filled(cls, np.random.default_rng(2)), stamped_transform(POSE)
     result = do_transform(message, transform)
-    assert type(result) is kind
-    assert not hasattr(kind, 'header') or result.header == transform.header
+    assert type(result) is cls
+    assert not hasattr(cls, 'header') or result.header == transform.header
     tools.assert_shares_nothing(do_transform, message, transform)
 
 
-@for_each(kind=STAMPED_FORMS)
-def test_messages_with_and_without_header_are_moved_alike(kind):
-    message = filled(kind, np.random.default_rng(9))
-    form, field = STAMPED_FORMS[kind]
+@for_each(cls=STAMPED_FORMS)
+def test_messages_with_and_without_header_are_moved_alike(cls):
+    message = filled(cls, np.random.default_rng(9))
+    form, field = STAMPED_FORMS[cls]
     moved = do_transform(form(**{field: message}), stamped_transform(POSE))
     assert getattr(moved, field) == do_transform(message, stamped_transform(POSE))
 
 
-@for_each(kind=GEOMETRY)
+@for_each(cls=GEOMETRY)
 @given(poses, poses, seeds)
-def test_transforms_in_series_are_their_product_and_can_be_undone(kind, a_T_b, b_T_c, seed):
-    message = unit_quaternions(filled(kind, np.random.default_rng(seed)))
+def test_transforms_in_series_are_their_product_and_can_be_undone(cls, a_T_b, b_T_c, seed):
+    message = unit_quaternions(filled(cls, np.random.default_rng(seed)))
     first, second = stamped_transform(b_T_c, 'base', 'c'), stamped_transform(a_T_b)
     there = do_transform(message, first)
     product = stamped_transform(se3.compose(a_T_b, b_T_c))
@@ -99,27 +99,27 @@ def test_transforms_in_series_are_their_product_and_can_be_undone(kind, a_T_b, b
     assert_same(do_transform(there, stamped_transform(se3.inverse(b_T_c), 'c', 'base')), message)
 
 
-@for_each(kind=GEOMETRY, number=[
+@for_each(cls=GEOMETRY, number=[
     lambda rng: int(rng.integers(-5, 5)), lambda rng: np.float64(rng.normal()),
     lambda rng: np.float32(rng.normal()), lambda rng: np.int64(rng.integers(1, 5)),
     lambda rng: bool(rng.integers(0, 2)),
 ])
-def test_other_numbers_become_floats(kind, number):
-    message = filled(kind, np.random.default_rng(3), number)
+def test_other_numbers_become_floats(cls, number):
+    message = filled(cls, np.random.default_rng(3), number)
     transform = stamped_transform((1, 2, 3, 0, 0, 0, 1))
     transform.transform.translation.x = transform.transform.rotation.w = 1
     result = do_transform(message, transform)
     assert {type(value) for path, value in tools.leaves(result)
             if isinstance(value, float) and 'covariance' not in path} == {float}
     # A message accepts an int for a float field, and then serializes garbage.
-    arrived = deserialize_message(serialize_message(result), kind)
-    as_floats = filled(kind, np.random.default_rng(3), lambda rng: float(number(rng)))
+    arrived = deserialize_message(serialize_message(result), cls)
+    as_floats = filled(cls, np.random.default_rng(3), lambda rng: float(number(rng)))
     assert numbers(arrived) == pytest.approx(numbers(do_transform(as_floats, transform)), rel=1e-6)
 
 
-@for_each(kind=GEOMETRY)
-def test_nan_stays_and_raises_nothing(kind):
-    message = filled(kind, np.random.default_rng(4), lambda rng: float('nan'))
+@for_each(cls=GEOMETRY)
+def test_nan_stays_and_raises_nothing(cls):
+    message = filled(cls, np.random.default_rng(4), lambda rng: float('nan'))
     assert np.isnan(numbers(do_transform(message, stamped_transform(POSE)))).any()
 
 
@@ -237,12 +237,12 @@ def test_path_keeps_the_stamps_and_refuses_a_second_frame():
 # --- covariances
 
 
-@for_each(kind_and_part=[(msg.PoseWithCovarianceStamped, 'pose'), (Odometry, 'pose'),
-                         (msg.TwistWithCovarianceStamped, 'twist'),
-                         (msg.AccelWithCovarianceStamped, 'accel')])
-def test_covariance_in_a_message_is_turned_beside_its_mean(kind_and_part):
-    (kind, part), transform = kind_and_part, stamped_transform(POSE)
-    message = filled(kind, np.random.default_rng(7))
+@for_each(class_and_part=[(msg.PoseWithCovarianceStamped, 'pose'), (Odometry, 'pose'),
+                          (msg.TwistWithCovarianceStamped, 'twist'),
+                          (msg.AccelWithCovarianceStamped, 'accel')])
+def test_covariance_in_a_message_is_turned_beside_its_mean(class_and_part):
+    (cls, part), transform = class_and_part, stamped_transform(POSE)
+    message = filled(cls, np.random.default_rng(7))
     covered, moved = getattr(message, part), getattr(do_transform(message, transform), part)
     assert moved.covariance == pytest.approx(
         functions.transform_covariance(covered.covariance, transform))

@@ -43,8 +43,8 @@ def buffer(request, node, listen, spin, use_wait_set):
 @pytest.fixture
 def broadcaster(make_node):
     """Return a function that creates a broadcaster on a new node, and waits for a listener."""
-    def make(name, kind=TransformBroadcaster):
-        made = kind(make_node(name))
+    def make(name, cls=TransformBroadcaster):
+        made = cls(make_node(name))
         until(made.pub_tf.get_subscription_count)
         return made
 
@@ -149,16 +149,16 @@ def test_two_programs_of_the_same_name(node, listen, log):
 
 # --- one publisher
 
-@pytest.mark.parametrize(('kind', 'topic'), [
+@pytest.mark.parametrize(('cls', 'topic'), [
     (TransformBroadcaster, '/tf'), (StaticTransformBroadcaster, '/tf_static')])
 def test_publishers_of_different_edges_are_no_rivals(
-        node, make_node, listen, broadcaster, kind, topic):
+        node, make_node, listen, broadcaster, cls, topic):
     """Also if one of them sends everything twice, and is restarted."""
     buffer, sent = listen(node), 0
-    beside = broadcaster('beside', kind)
+    beside = broadcaster('beside', cls)
     for _ in range(6):
         again = make_node('again')
-        one = kind(again)
+        one = cls(again)
         until(one.pub_tf.get_subscription_count)
         for _ in range(20):
             for each, edges in ((one, [ODOM]), (one, [ODOM]), (beside, [ARM, TOOL])):

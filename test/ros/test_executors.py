@@ -8,9 +8,9 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from tf_tree_py.ros.threads import executors
 
 
-@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
-def test_executors_of_rclpy_may_be_called(context, kind):
-    executor = kind(context=context)
+@pytest.mark.parametrize('of_type', [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_executors_of_rclpy_may_be_called(context, of_type):
+    executor = of_type(context=context)
     assert executors.takes_calls(executor)
     executor.shutdown()
 

@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from tf_tree_py.ros.messages import fast_messages as fast
 from tf_tree_py.ros.messages.do_transform import TRANSFORMERS
 
-KINDS = [*TRANSFORMERS, Header, Time, PointField]
+TYPES = [*TRANSFORMERS, Header, Time, PointField]
 
 
 def values_in(message, is_whole):
@@ -27,46 +27,46 @@ def values_in(message, is_whole):
         values_in(value, True) if is_whole and is_message(value) else [value])]
 
 
-@for_each(kind=KINDS)
-def test_message_is_made_of_all_its_values_and_no_others(kind):
-    assert fast.slots_are_known(kind)
-    wanted = filled(kind, np.random.default_rng(1))
-    sent = deserialize_message(serialize_message(wanted), kind)
+@for_each(cls=TYPES)
+def test_message_is_made_of_all_its_values_and_no_others(cls):
+    assert fast.slots_are_known(cls)
+    wanted = filled(cls, np.random.default_rng(1))
+    sent = deserialize_message(serialize_message(wanted), cls)
     for is_whole, makers in enumerate([
             [fast.maker, fast.slotted_maker, fast.public_maker],
             [fast.whole_maker, fast.slotted_whole_maker, fast.public_whole_maker]]):
         values = values_in(wanted, is_whole)
-        for make in (make_maker(kind) for make_maker in makers):
+        for make in (make_maker(cls) for make_maker in makers):
             made = make(*values)
-            assert type(made) is kind
+            assert type(made) is cls
             assert repr(made) == repr(wanted)
             # Not the bytes themselves: the padding between the fields is uninitialised memory.
-            assert deserialize_message(serialize_message(made), kind) == sent
+            assert deserialize_message(serialize_message(made), cls) == sent
             assert deepcopy(made) == wanted
             for wrong in ([*values, 1.0], values[1:], []):
                 with pytest.raises((TypeError, ValueError)):
                     make(*wrong)
 
 
-@for_each(kind=[Point, Point32, Pose, Quaternion, PoseStamped], count=[0, 1, 5])
-def test_many_are_made_and_read_as_one_by_one(kind, count):
+@for_each(cls=[Point, Point32, Pose, Quaternion, PoseStamped], count=[0, 1, 5])
+def test_many_are_made_and_read_as_one_by_one(cls, count):
     rng = np.random.default_rng(3)
-    messages = [filled(kind, rng) for _ in range(count)]
-    columns = fast.slotted_reader(kind)(messages)
-    assert columns == fast.public_reader(kind)(messages)
+    messages = [filled(cls, rng) for _ in range(count)]
+    columns = fast.slotted_reader(cls)(messages)
+    assert columns == fast.public_reader(cls)(messages)
     assert columns == [[dict(fields(message))[name] for message in messages]
-                       for name, _ in fields(kind())]
-    for make_many in (fast.slotted_many_maker(kind), fast.public_many_maker(kind)):
+                       for name, _ in fields(cls())]
+    for make_many in (fast.slotted_many_maker(cls), fast.public_many_maker(cls)):
         made = make_many(*columns)
         assert made == messages
-        assert [type(message) for message in made] == [kind] * count
+        assert [type(message) for message in made] == [cls] * count
         assert not {id(message) for message in made} & {id(message) for message in messages}
 
 
-@for_each(kind=[Point, Odometry, PointCloud2])
-def test_message_is_as_good_as_any_to_its_owner_and_shares_nothing(kind):
-    before, after = (filled(kind, np.random.default_rng(seed)) for seed in (1, 2))
-    one, other = (fast.maker(kind)(*values_in(before, False)) for _ in range(2))
+@for_each(cls=[Point, Odometry, PointCloud2])
+def test_message_is_as_good_as_any_to_its_owner_and_shares_nothing(cls):
+    before, after = (filled(cls, np.random.default_rng(seed)) for seed in (1, 2))
+    one, other = (fast.maker(cls)(*values_in(before, False)) for _ in range(2))
     for field, value in fields(after):
         setattr(one, field, value)
         assert getattr(one, field) == value or isinstance(value, list | np.ndarray)

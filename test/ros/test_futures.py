@@ -35,7 +35,7 @@ from tf_tree_py.ros.waiting.alarm_clock import Alarms
 from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
 from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
-EXECUTORS = pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
+EXECUTORS = pytest.mark.parametrize('of_type', [SingleThreadedExecutor, MultiThreadedExecutor])
 HOUR = lasting(3600.0)
 TENTHS = [3.0 + number / 10.0 for number in range(50)]
 
@@ -85,7 +85,7 @@ def test_future_ends_as_soon_as_its_answer_is_certain(buffer):
 
 
 @EXECUTORS
-def test_callback_awaits_what_a_listener_receives(listen, make_node, talker, spin, kind):
+def test_callback_awaits_what_a_listener_receives(listen, make_node, talker, spin, of_type):
     buffer, node = listen(make_node('asking')), make_node('spun')
     answers = []
 
@@ -96,7 +96,7 @@ def test_callback_awaits_what_a_listener_receives(listen, make_node, talker, spi
             'base', at(3.0), 'base', at(4.0), 'map', PATIENCE))
 
     timer = node.create_timer(0.001, call_back)
-    spin(node, kind=kind)
+    spin(node, of_type=of_type)
     for count, seconds in enumerate((3.0, 4.0), start=1):
         until_waiting(buffer)
         talker.move(transform('map', 'base', seconds, x=seconds))
@@ -105,9 +105,9 @@ def test_callback_awaits_what_a_listener_receives(listen, make_node, talker, spi
 
 
 @EXECUTORS
-def test_no_wake_up_is_missed_whenever_it_comes(buffer, make_node, spin, kind):
+def test_no_wake_up_is_missed_whenever_it_comes(buffer, make_node, spin, of_type):
     """The transform arrives shortly before, while or after the coroutine starts to wait."""
-    executor = spin(make_node('spun'), kind=kind)
+    executor = spin(make_node('spun'), of_type=of_type)
     for number in range(300):
         stamp = 3.0 + number / 100.0
         task = executor.create_task(look_up, buffer, stamp)
@@ -119,7 +119,7 @@ def test_no_wake_up_is_missed_whenever_it_comes(buffer, make_node, spin, kind):
 
 def test_executor_that_passed_over_a_task_looks_again(buffer, make_node, spin):
     """A MultiThreadedExecutor does so during the step in which the task awaits."""
-    executor = spin(make_node('spun'), kind=MultiThreadedExecutor)
+    executor = spin(make_node('spun'), of_type=MultiThreadedExecutor)
     future = wait_for(buffer, 3.0)
     awaiting, going_on = threading.Event(), threading.Event()
 
@@ -143,8 +143,8 @@ def test_executor_that_passed_over_a_task_looks_again(buffer, make_node, spin):
 
 
 @EXECUTORS
-def test_many_coroutines_wait_at_once_some_for_one_future(buffer, make_node, spin, kind):
-    executors = [spin(make_node(f'spun_{number}'), kind=kind) for number in range(3)]
+def test_many_coroutines_wait_at_once_some_for_one_future(buffer, make_node, spin, of_type):
+    executors = [spin(make_node(f'spun_{number}'), of_type=of_type) for number in range(3)]
     future = wait_for(buffer, 3.0)
 
     async def share():
@@ -164,8 +164,8 @@ def test_many_coroutines_wait_at_once_some_for_one_future(buffer, make_node, spi
 @pytest.mark.usefixtures('woken_events_executor')
 def test_executor_spins_until_a_future_is_complete(buffer, context, name, pool):
     """With a timeout, because the EventsExecutor of the wheels does nothing without one."""
-    module, kind = name.split('.')
-    executor = getattr(pytest.importorskip(f'rclpy.{module}'), kind)(context=context)
+    module, executor_name = name.split('.')
+    executor = getattr(pytest.importorskip(f'rclpy.{module}'), executor_name)(context=context)
     for number in range(100):
         stamp = 3.0 + number / 100.0
         future = wait_for(buffer, stamp) if number % 2 else executor.create_task(

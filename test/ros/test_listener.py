@@ -71,7 +71,7 @@ def publish_while_a_callback_waits(node, buffer, talker, pool, group=None):
 
 def test_listener_receives_and_leaves_the_users_node_alone(node, talker, listen, spin):
     def parts():
-        return [list(kind) for kind in (node.subscriptions, node.timers, node.guards,
+        return [list(each) for each in (node.subscriptions, node.timers, node.guards,
                                         node.services)]
 
     before = parts()
@@ -91,15 +91,15 @@ def test_listener_receives_and_leaves_the_users_node_alone(node, talker, listen,
     assert 'transform_listener_impl' not in str(services), 'nobody would answer'
 
 
-@pytest.mark.parametrize(('spin_thread', 'kind', 'group'), [
+@pytest.mark.parametrize(('spin_thread', 'cls', 'group'), [
     (True, SingleThreadedExecutor, None),
     (False, MultiThreadedExecutor, None),
     (False, MultiThreadedExecutor, ReentrantCallbackGroup()),
 ])
 def test_callback_that_waits_gets_what_arrives(
-        node, talker, listen, spin, pool, spin_thread, kind, group):
+        node, talker, listen, spin, pool, spin_thread, cls, group):
     buffer = listen(node, spin_thread=spin_thread)
-    spin(node, kind=kind)
+    spin(node, of_type=cls)
     found = publish_while_a_callback_waits(node, buffer, talker, pool, group)
     assert found.header.stamp.sec == 2
     # Each thread of the multi-threaded executor may wait for the others.
@@ -212,13 +212,13 @@ def test_frames_are_renamed_and_left_out_on_the_way_in(node, talker, listen, spi
         assert buffer.statistics().refused == 0
 
 
-@pytest.mark.parametrize(('options', 'kind', 'words'), [
+@pytest.mark.parametrize(('options', 'cls', 'words'), [
     ({'frame_filter': 'map'}, ValueError, 'frame_filter has to be a collection'),
     ({'spin_thread': False, 'tf_static_topic': 'no topic'}, RuntimeError, 'to resolve name'),
 ])
-def test_listener_that_cannot_be_leaves_nothing_behind(node, options, kind, words):
+def test_listener_that_cannot_be_leaves_nothing_behind(node, options, cls, words):
     before = list(node.subscriptions)
-    with pytest.raises(kind, match=words):
+    with pytest.raises(cls, match=words):
         tf.TransformListener(tf.Buffer(), node, **options)
     assert list(node.subscriptions) == before
     assert receivers() == []
@@ -378,9 +378,9 @@ def test_waiting_in_the_thread_that_feeds_fails_at_once_and_says_why(
     listener = tf.TransformListener(buffer, node, spin_thread=False)
     spin(node)
     talker.move(transform('map', 'base', 1.0), into=buffer)
-    for question, kind in ((('map', 'base', at(2.0)), tf.ExtrapolationException),
-                           (('map', 'x', LATEST), tf.LookupException)):
-        with pytest.raises(kind, match='Did not wait: this thread delivers') as raised:
+    for question, cls in ((('map', 'base', at(2.0)), tf.ExtrapolationException),
+                          (('map', 'x', LATEST), tf.LookupException)):
+        with pytest.raises(cls, match='Did not wait: this thread delivers') as raised:
             in_callback(buffer.lookup_transform, *question)
         assert raised.value.waited_s is None
     assert in_callback(buffer.can_transform, 'map', 'base', at(1.0))
@@ -458,8 +458,8 @@ EXECUTORS = pytest.mark.parametrize('name', [
 
 @EXECUTORS
 def test_wait_on_a_node_that_is_spun_does_not_say_that(node, listen, context, pool, name):
-    module, kind = name.split('.')
-    executor = getattr(pytest.importorskip(f'rclpy.{module}'), kind)(context=context)
+    module, executor_name = name.split('.')
+    executor = getattr(pytest.importorskip(f'rclpy.{module}'), executor_name)(context=context)
     buffer = listen(node, spin_thread=False)
     executor.add_node(node)
     waiting = pool.submit(failure, buffer, 1.1)

@@ -87,15 +87,15 @@ def test_can_transform_says_no_and_why(buffer):
 ])
 def test_lookup_without_time_or_without_hope_fails_at_once(case):
     """Every caller gets an exception of its own, also those who share a future."""
-    question, kind = case
+    question, cls = case
     buffer = tf.Buffer()
     # The window ends at the newest stamp before each insertion, as in tf2.
     for seconds in (1.0, 100.0, 101.0):
         move(buffer, seconds)
     future = buffer.wait_for_transform_async(*question)
     assert future.done()
-    errors = [pytest.raises(kind, future.result).value for _ in range(2)]
-    errors.append(pytest.raises(kind, buffer.lookup_transform, *question).value)
+    errors = [pytest.raises(cls, future.result).value for _ in range(2)]
+    errors.append(pytest.raises(cls, buffer.lookup_transform, *question).value)
     assert len(set(map(id, errors))) == 3
     assert len(set(map(str, errors))) == 1
     assert [error.waited_s for error in errors] == [None] * 3
@@ -116,9 +116,9 @@ def test_lookup_without_time_or_without_hope_fails_at_once(case):
     ('lookup_transform_async', ('map', 'nowhere', LATEST), tf.LookupException, 'nowhere'),
 ])
 def test_expiry_says_what_was_missing_and_how_long_it_waited(buffer, case):
-    method, question, kind, missing = case
+    method, question, cls, missing = case
     begin = time.monotonic()
-    with pytest.raises(kind, match=f'{missing}.*{WAITED}') as raised:
+    with pytest.raises(cls, match=f'{missing}.*{WAITED}') as raised:
         outcome(getattr(buffer, method)(*question, lasting(0.05)))
     assert time.monotonic() - begin >= 0.05
     assert raised.value.waited_s >= 0.05

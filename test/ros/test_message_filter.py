@@ -63,13 +63,13 @@ def test_messages_of_several_topics_wait_for_their_transforms(
         'poses': (PoseStamped, QoSProfile(depth=5)),
         'paths': (Path, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))}
     each, sensor = make_filter(buffer=listen(make_node('hearing'))), make_node('sensor')
-    for topic, (kind, _) in sensors.items():
-        each.subscribe(kind, topic)
+    for topic, (cls, _) in sensors.items():
+        each.subscribe(cls, topic)
     spin(node)
-    for topic, (kind, profile) in sensors.items():
-        publisher = sensor.create_publisher(kind, topic, profile)
+    for topic, (cls, profile) in sensors.items():
+        publisher = sensor.create_publisher(cls, topic, profile)
         until(publisher.get_subscription_count)
-        publisher.publish(kind(header=point(3.0).header))
+        publisher.publish(cls(header=point(3.0).header))
     until(lambda: each.statistics().held == 3)
     talker.move(transform('map', 'base', 2.0, x=2.0), transform('map', 'base', 4.0, x=4.0))
     publisher.publish(Path(header=point(3.0, '').header))
@@ -298,7 +298,7 @@ def test_message_that_is_just_being_answered_is_not_dropped_meanwhile(
 
 def test_threads_add_while_transforms_arrive_and_none_is_lost_or_doubled(
         node, make_filter, spin, inbox, pool, switching_often):
-    spin(node, kind=MultiThreadedExecutor)
+    spin(node, of_type=MultiThreadedExecutor)
     # It forgets nothing, however long a busy machine delays one of the threads.
     buffer = Buffer(Duration(seconds=1_000_000))
     move(buffer, 1.0)

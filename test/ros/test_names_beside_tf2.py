@@ -30,8 +30,8 @@ SECOND = 1_000_000_000
 HERE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 # In an order in which each comes after its subclasses, in tf2 and here.
-KINDS = ['InvalidArgumentException', 'ConnectivityException', 'ExtrapolationException',
-         'LookupException']
+ERRORS = ['InvalidArgumentException', 'ConnectivityException', 'ExtrapolationException',
+          'LookupException']
 
 
 def forms(name):
@@ -47,8 +47,8 @@ def answers(buffer, parent, child, time):
             buffer.lookup_transform(target, source, time)
             found.append('found')
         except Exception as error:  # noqa: B902 - the classes are compared
-            names = [kind.__name__ for kind in type(error).__mro__]
-            found.append(next((kind for kind in KINDS if kind in names), names[0]))
+            names = [cls.__name__ for cls in type(error).__mro__]
+            found.append(next((name for name in ERRORS if name in names), names[0]))
     return found
 
 
@@ -59,7 +59,7 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.time import Time
 import tf2_ros
 
-KINDS = {KINDS}
+ERRORS = {ERRORS}
 {getsource(forms)}
 {getsource(answers)}
 def answered(parent, child, static):
@@ -86,9 +86,9 @@ def inserted(parent, child, static):
     return buffer
 
 
-def set_by_message(kind):
+def set_by_message(cls):
     def fill(parent, child, static):
-        buffer = kind()
+        buffer = cls()
         setter = buffer.set_transform_static if static else buffer.set_transform
         setter(message_of(parent, child), 'me')
         return buffer
@@ -140,14 +140,14 @@ def test_names_in_a_bag_are_those_of_tf2(of_tf2, tmp_path, parent):
             parent, child, static], (child, static)
 
 
-@pytest.mark.parametrize(('kind', 'topic'), [
+@pytest.mark.parametrize(('cls', 'topic'), [
     (TransformBroadcaster, '/tf'), (StaticTransformBroadcaster, '/tf_static')])
-def test_broadcaster_publishes_the_names_as_they_are(make_node, spin, kind, topic):
+def test_broadcaster_publishes_the_names_as_they_are(make_node, spin, cls, topic):
     heard, node = [], make_node('hearing')
     subscription = node.create_subscription(
         TFMessage, topic, heard.append, static_listener_qos())
     spin(node)
-    broadcaster = kind(make_node('talking'), static_listener_qos())
+    broadcaster = cls(make_node('talking'), static_listener_qos())
     until(subscription.get_publisher_count)
     # Each child once, because a static broadcaster keeps one transform of each.
     children = {child.removeprefix('/'): child for child in CHILDREN}.values()

@@ -37,20 +37,20 @@ def column(cloud, name):
     """Read a field byte by byte, with another method than the code's."""
     field = next(field for field in cloud.fields if field.name == name)
     code = next(code for code, datatype in tools.DATATYPES.items() if datatype == field.datatype)
-    kind = np.dtype(('>' if cloud.is_bigendian else '<') + code)
+    dtype = np.dtype(('>' if cloud.is_bigendian else '<') + code)
     data = bytes(cloud.data)
     begins = [row * cloud.row_step + place * cloud.point_step + field.offset
               for row in range(cloud.height) for place in range(cloud.width)]
-    return np.array([np.frombuffer(data[begin:begin + kind.itemsize], kind)[0]
-                     for begin in begins], dtype=kind.newbyteorder('='))
+    return np.array([np.frombuffer(data[begin:begin + dtype.itemsize], dtype)[0]
+                     for begin in begins], dtype=dtype.newbyteorder('='))
 
 
 def coordinates(cloud, names=('x', 'y', 'z')):
     return np.stack([column(cloud, name) for name in names], axis=1)
 
 
-def random_columns(rng, count, kind, names=('x', 'y', 'z')):
-    return {name: rng.normal(size=count).astype(kind) * 10 for name in names}
+def random_columns(rng, count, dtype, names=('x', 'y', 'z')):
+    return {name: rng.normal(size=count).astype(dtype) * 10 for name in names}
 
 
 XYZ_F4 = {'x': 0, 'y': 4, 'z': 8}
@@ -65,20 +65,21 @@ LAYOUTS = {
 }
 
 
-def a_point(kind='f8'):
+def a_point(dtype='f8'):
     """Return a dense cloud of the point (1, 1, 1)."""
-    return packed_cloud(Header(frame_id='lidar'), {name: np.ones(1, kind) for name in 'xyz'}, True)
+    columns = {name: np.ones(1, dtype) for name in 'xyz'}
+    return packed_cloud(Header(frame_id='lidar'), columns, True)
 
 
 # --- transforming
 
 
-@for_each(layout=LAYOUTS, kind=['f4', 'f8', 'mixed'], big=[False, True])
-def test_points_move_and_nothing_else_does(layout, kind, big):
+@for_each(layout=LAYOUTS, dtype=['f4', 'f8', 'mixed'], big=[False, True])
+def test_points_move_and_nothing_else_does(layout, dtype, big):
     offsets, point_step, options = LAYOUTS[layout]
     rng = np.random.default_rng(1)
-    columns = random_columns(rng, 60, 'f4' if kind == 'mixed' else kind)
-    if kind != 'f4':
+    columns = random_columns(rng, 60, 'f4' if dtype == 'mixed' else dtype)
+    if dtype != 'f4':
         offsets = {name: 2 * offset for name, offset in offsets.items()}
         point_step *= 2
         columns['y'] = columns['y'].astype('f8')
@@ -93,7 +94,7 @@ def test_points_move_and_nothing_else_does(layout, kind, big):
     assert points_of(cloud).dtype.isnative
     assert points_of(cloud).tolist() == given.tolist()
     expected = se3.apply_many(POSE, given)
-    assert coordinates(moved) == pytest.approx(expected, rel=2e-7 if kind != 'f8' else 1e-14)
+    assert coordinates(moved) == pytest.approx(expected, rel=2e-7 if dtype != 'f8' else 1e-14)
     arrived = deserialize_message(serialize_message(cloud), PointCloud2)
     assert do_transform_cloud(arrived, transform) == moved
     assert deserialize_message(serialize_message(moved), PointCloud2) == moved
@@ -258,8 +259,8 @@ def test_points_without_a_message_are_moved_alike():
     for transform in (by_hand, by_hand.transform):
         moved = point_cloud.transform_points([(1, 2, 3)], transform)
         assert moved.tolist() == [[11.0, 18.0, 27.0]]
-    for kind, count in (('f4', 1), ('f8', 0)):
-        moved = point_cloud.transform_points(np.zeros((count, 3), kind), TURN)
+    for dtype, count in (('f4', 1), ('f8', 0)):
+        moved = point_cloud.transform_points(np.zeros((count, 3), dtype), TURN)
         assert (moved.dtype, moved.shape) == (float, (count, 3))
 
 

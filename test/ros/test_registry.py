@@ -117,18 +117,18 @@ def test_one_message_does_not_pass_for_another():
 
 
 def test_every_type_with_a_stamped_form_gets_a_header():
-    names = {kind.__name__ for kind in TRANSFORMERS}
-    bare = {kind for kind in TRANSFORMERS if f'{kind.__name__}Stamped' in names}
+    names = {cls.__name__ for cls in TRANSFORMERS}
+    bare = {cls for cls in TRANSFORMERS if f'{cls.__name__}Stamped' in names}
     assert bare == set(registry.STAMPED_FORMS)
 
 
-@for_each(kind=registry.STAMPED_FORMS)
-def test_stamped_gives_a_message_its_form_with_a_header(kind):
-    message = filled(kind, np.random.default_rng(2))
+@for_each(cls=registry.STAMPED_FORMS)
+def test_stamped_gives_a_message_its_form_with_a_header(cls):
+    message = filled(cls, np.random.default_rng(2))
     before = deepcopy(message)
     result = Stamped(message, at(3.5), 'base')
     assert (result.header.frame_id, result.header.stamp) == ('base', at(3.5).to_msg())
-    form, field = registry.STAMPED_FORMS[kind]
+    form, field = registry.STAMPED_FORMS[cls]
     assert type(result) is form
     assert getattr(result, field) == before
     assert getattr(result, field) is not message
@@ -166,23 +166,23 @@ def test_point_is_taken_to_another_frame_and_time(buffer):
     assert type(same) is PointStamped
 
 
-@for_each(kind=TRANSFORMERS)
-def test_every_kind_goes_through_a_buffer_with_a_header(buffer, kind):
-    message = filled(kind, np.random.default_rng(3))
-    if kind in (LaserScan, PointCloud2):
-        message = kind()
+@for_each(cls=TRANSFORMERS)
+def test_every_kind_goes_through_a_buffer_with_a_header(buffer, cls):
+    message = filled(cls, np.random.default_rng(3))
+    if cls in (LaserScan, PointCloud2):
+        message = cls()
     header = Header(frame_id='base', stamp=at(2).to_msg())
-    if hasattr(kind, 'header'):
+    if hasattr(cls, 'header'):
         message.header = header
         result = buffer.transform(message, 'map')
         assert (result.header.frame_id, result.header.stamp) == ('map', header.stamp)
     else:
         result = buffer.transform(message, 'map', header=header)
-        with pytest.raises(TypeException, match=f'A {kind.__name__} has no header.*pass header='):
+        with pytest.raises(TypeException, match=f'A {cls.__name__} has no header.*pass header='):
             buffer.transform(message, 'map')
         with pytest.raises(TypeException, match='has no header'):
             buffer.transform_full(message, 'map', at(1), 'map')
-    assert type(result) is (PointCloud2 if kind is LaserScan else kind)
+    assert type(result) is (PointCloud2 if cls is LaserScan else cls)
 
 
 def test_header_that_is_given_says_where_and_when_a_message_is(buffer):

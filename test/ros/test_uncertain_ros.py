@@ -205,9 +205,9 @@ def test_what_cannot_be_used_is_counted_and_told(covariance, edge, sentence, buf
     (Odometry, {'edge': ('a', 'b'), 'with_poses': True}, 'is another'),
 ])
 def test_options_that_do_not_fit_together_are_refused(subscription_and_sentence, buffer, node):
-    kind, options, sentence = subscription_and_sentence
+    cls, options, sentence = subscription_and_sentence
     with CovarianceListener(buffer, node) as listener, pytest.raises(ValueError, match=sentence):
-        listener.subscribe(kind, 'topic', **options)
+        listener.subscribe(cls, 'topic', **options)
     for limits in ({'max_gap': lasting(0.0)}, {'saturation': 0.0}, {'saturation': float('nan')}):
         with pytest.raises(ValueError, match='positive'):
             GyroListener(buffer, node, 'base', **limits)

@@ -43,12 +43,12 @@ def test_status_says_what_was_found_and_json_has_the_documented_shape(bags, name
     of_report = documented('doctor', '### The report')
     of_finding = documented('doctor', '### A finding')
     assert report.keys() == of_report.keys()
-    assert all(isinstance(report[key], kind) for key, kind in of_report.items())
+    assert all(isinstance(report[key], cls) for key, cls in of_report.items())
     assert report['version'] == 1
     assert len(report['findings']) == sum(report[key] for key in ('errors', 'warnings', 'notes'))
     for finding in report['findings']:
         assert finding.keys() == of_finding.keys()
-        assert all(isinstance(finding[key], kind) for key, kind in of_finding.items())
+        assert all(isinstance(finding[key], cls) for key, cls in of_finding.items())
         assert finding['severity'] in ('error', 'warning', 'note')
         assert finding['evidence'] and finding['cause'] and finding['fix']
 

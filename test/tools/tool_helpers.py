@@ -49,7 +49,7 @@ def documented(page, heading):
     section = (PAGES / f'{page}.md').read_text().partition(f'{heading}\n')[2].partition('\n#')[0]
     rows = re.findall(r'^\| `(\w+)` \| (\w+)(?: or (\w+))? \|', section, re.MULTILINE)
     assert rows, heading
-    return {key: sum((TYPES[kind] for kind in kinds if kind), ()) for key, *kinds in rows}
+    return {key: sum((TYPES[cls] for cls in kinds if cls), ()) for key, *kinds in rows}
 
 
 def assert_shape(data, page, heading):

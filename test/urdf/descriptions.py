@@ -8,10 +8,10 @@ import random
 from tf_tree_py.urdf import Robot
 
 
-def joint(name, kind, parent, child, inside='', xyz='0 0 0', rpy='0 0 0', axis=None):
+def joint(name, type_, parent, child, inside='', xyz='0 0 0', rpy='0 0 0', axis=None):
     """Return a joint as URDF."""
     axis = '' if axis is None else f'<axis xyz="{axis}"/>'
-    return (f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+    return (f'<joint name="{name}" type="{type_}"><parent link="{parent}"/><child link="{child}"/>'
             f'<origin xyz="{xyz}" rpy="{rpy}"/>{axis}{inside}</joint>')
 
 
@@ -39,21 +39,21 @@ def chain(count):
 def at_random(seed, count=40):
     """Return a robot with random joints of every kind, in a random tree; some mimic."""
     dice = random.Random(seed)
-    kinds = ['fixed', 'revolute', 'continuous', 'prismatic', 'planar', 'floating']
-    kinds += dice.choices(['fixed', 'revolute', 'continuous', 'prismatic'], k=count - len(kinds))
-    dice.shuffle(kinds)
+    types = ['fixed', 'revolute', 'continuous', 'prismatic', 'planar', 'floating']
+    types += dice.choices(['fixed', 'revolute', 'continuous', 'prismatic'], k=count - len(types))
+    dice.shuffle(types)
     joints, leaders = [], []
-    for number, kind in enumerate(kinds):
+    for number, type_ in enumerate(types):
         inside = ''
-        if kind in ('revolute', 'prismatic', 'continuous'):
+        if type_ in ('revolute', 'prismatic', 'continuous'):
             if leaders and dice.random() < 0.4:
                 inside = (f'<mimic joint="{dice.choice(leaders)}" '
                           f'multiplier="{dice.uniform(-2, 2)}" offset="{dice.uniform(-1, 1)}"/>')
             leaders.append(f'j{number}')
-        if kind in ('revolute', 'prismatic'):
+        if type_ in ('revolute', 'prismatic'):
             inside += '<limit lower="-9" upper="9" effort="1" velocity="1"/>'
-        axis = '0 0 1' if kind == 'planar' else _vector(dice, 1.0)
-        joints.append(joint(f'j{number}', kind, f'l{dice.randint(0, number)}', f'l{number + 1}',
+        axis = '0 0 1' if type_ == 'planar' else _vector(dice, 1.0)
+        joints.append(joint(f'j{number}', type_, f'l{dice.randint(0, number)}', f'l{number + 1}',
                             inside, _vector(dice, 2.0), _vector(dice, 3.0), axis))
     return robot(*joints)
 

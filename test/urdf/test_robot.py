@@ -16,9 +16,9 @@ ORIGIN = {'xyz': '1 2 3', 'rpy': '0.1 0.2 0.3'}
 AT_ORIGIN = Pose.from_xyz_rpy(1.0, 2.0, 3.0, 0.1, 0.2, 0.3)
 
 
-def moved(kind, positions, axis=None, **named):
+def moved(joint_type, positions, axis=None, **named):
     """Return the pose of a joint of a kind, relative to its origin."""
-    robot = parsed(joint('j', kind, 'a', 'b', axis=axis, **ORIGIN))
+    robot = parsed(joint('j', joint_type, 'a', 'b', axis=axis, **ORIGIN))
     given = dict(zip(robot.variables, positions, strict=True)) if positions else named
     return AT_ORIGIN.inverse() @ Pose(*robot.edges(given)['a', 'b'].tolist())
 
@@ -27,11 +27,11 @@ def near(pose, **parts):
     return pose == pytest.approx(Pose.from_xyz_rpy(**parts), abs=1e-15)
 
 
-@pytest.mark.parametrize('kind', ['revolute', 'continuous'])
-def test_turning_joint_turns_about_its_axis(kind):
-    assert near(moved(kind, [0.7], '0 0 2'), yaw=0.7)
-    assert near(moved(kind, [0.7], '0 -1 0'), pitch=-0.7)
-    assert near(moved(kind, [0.7]), roll=0.7)
+@pytest.mark.parametrize('joint_type', ['revolute', 'continuous'])
+def test_turning_joint_turns_about_its_axis(joint_type):
+    assert near(moved(joint_type, [0.7], '0 0 2'), yaw=0.7)
+    assert near(moved(joint_type, [0.7], '0 -1 0'), pitch=-0.7)
+    assert near(moved(joint_type, [0.7]), roll=0.7)
 
 
 def test_sliding_joint_slides_along_its_axis():

@@ -69,7 +69,7 @@ def test_points_of_a_scan_stand_where_they_were_measured(tree, stamp, time_incre
 
 
 def cloud(stamp, count, **fields):
-    kinds = {'f4': 7, 'f8': 8, 'u4': 6}
+    datatypes = {'f4': 7, 'f8': 8, 'u4': 6}
     layout = np.dtype([(name, values.dtype.str[1:]) for name, values in fields.items()])
     data = np.zeros(count, layout)
     for name, values in fields.items():
@@ -78,7 +78,7 @@ def cloud(stamp, count, **fields):
         header=header(stamp), height=1, width=count, is_bigendian=False,
         point_step=layout.itemsize, row_step=layout.itemsize * count, data=data.tobytes(),
         fields=[Message(name=name, offset=layout.fields[name][1], count=1,
-                        datatype=kinds[layout.fields[name][0].str[1:]]) for name in fields])
+                        datatype=datatypes[layout.fields[name][0].str[1:]]) for name in fields])
 
 
 def test_cloud_is_thinned_and_its_times_are_read(tree):
@@ -154,18 +154,18 @@ def test_raw_image_becomes_rgb_pixels(message, pixels):
     assert reading.image[0].tolist() == [list(pixel) for pixel in pixels]
 
 
-def compressed(kind, pixels, size=None):
+def compressed(coding, pixels, size=None):
     data = io.BytesIO()
-    PIL_image.fromarray(pixels).save(data, kind)
-    return Message(header=header(SECOND), format=f'rgb8; {kind} compressed bgr8',
+    PIL_image.fromarray(pixels).save(data, coding)
+    return Message(header=header(SECOND), format=f'rgb8; {coding} compressed bgr8',
                    data=np.frombuffer(data.getvalue()[:size], np.uint8))
 
 
 def test_compressed_image_becomes_rgb_pixels_of_the_size_that_a_page_needs():
     pixels = np.zeros((480, 640, 3), np.uint8)
     pixels[:, 320:] = 250, 120, 10
-    for kind in ('jpeg', 'png'):
-        shown = reading_of('sensor_msgs/msg/CompressedImage', compressed(kind, pixels)).image
+    for coding in ('jpeg', 'png'):
+        shown = reading_of('sensor_msgs/msg/CompressedImage', compressed(coding, pixels)).image
         assert shown.shape == (240, 320, 3)
         np.testing.assert_allclose(shown[120, 80], (0, 0, 0), atol=6)
         np.testing.assert_allclose(shown[120, 240], (250, 120, 10), atol=6)
@@ -218,10 +218,10 @@ def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_p
                                            types['geometry_msgs/msg/Quaternion'](0., 0., 0., 1.))
     box = types['vision_msgs/msg/BoundingBox3D'](
         pose, types['geometry_msgs/msg/Vector3'](1.0, 1.0, 1.0))
-    kind = 'vision_msgs/msg/Detection3DArray'
-    made = types[kind](head, [types['vision_msgs/msg/Detection3D'](head, [], box, '7')])
-    data = bytes(store.serialize_cdr(made, kind))
-    source = MessageSource('/detections', kind, False, '', False)
+    type_name = 'vision_msgs/msg/Detection3DArray'
+    made = types[type_name](head, [types['vision_msgs/msg/Detection3D'](head, [], box, '7')])
+    data = bytes(store.serialize_cdr(made, type_name))
+    source = MessageSource('/detections', type_name, False, '', False)
     assert decoded(source, data).points.tolist() == [[1.0, 2.0, 3.0]]
 
 

@@ -46,12 +46,12 @@ def described(package, geometry):
     return shapes_of(Robot.load(path), path)
 
 
-@pytest.mark.parametrize('kind', GEOMETRIES)
-def test_shape_has_its_size_and_stands_at_its_origin(package, kind):
-    (shape,), missing = described(package, GEOMETRIES[kind])
+@pytest.mark.parametrize('geometry', GEOMETRIES)
+def test_shape_has_its_size_and_stands_at_its_origin(package, geometry):
+    (shape,), missing = described(package, GEOMETRIES[geometry])
     assert missing == []
     assert (shape.link, shape.color) == ('base', (1.0, 0.0, 0.0, 0.5))
-    x, y, z = SIZES[kind]
+    x, y, z = SIZES[geometry]
     np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), (y, x, z), rtol=0.03)
     np.testing.assert_allclose((shape.vertices.min(axis=0) + shape.vertices.max(axis=0)) / 2.0,
                                (10.0, 0.0, 0.0), atol=1e-6)
