@@ -18,7 +18,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py import BufferCore
-from tf_tree_py.bag import Decoder, MessageSource, RecordedMessage
+from tf_tree_py.bag import Connection, Decoder, RecordedMessage
 from tf_tree_py.bag.assembly import assembler as assembling
 from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
@@ -28,24 +28,24 @@ from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.tree_file import saved_tree
 from tf_tree_py.frame_names import rename
 
-TF = MessageSource('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
+TF = Connection('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
 OTHER = TF._replace(topic='/other/tf')
 STATIC = TF._replace(topic='/tf_static', latched=True)
 ROS1 = TF._replace(publisher='/old', ros1=True)
 ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
-def arrival(source, transforms, data=None):
+def arrival(connection, transforms, data=None):
     """
     Return a message; transforms are (parent, child, stamp), optionally with a pose.
 
     Without one, the pose is random, and depends on the message alone.
     """
-    rng = np.random.default_rng(crc32(repr((source, transforms)).encode()))
+    rng = np.random.default_rng(crc32(repr((connection, transforms)).encode()))
     transforms = [each if len(each) == 4 else (*each, random_pose(rng)) for each in transforms]
     if data is None:
-        data = (as_ros1 if source.ros1 else as_cdr)(transforms)
-    return RecordedMessage(0, source, data)
+        data = (as_ros1 if connection.ros1 else as_cdr)(transforms)
+    return RecordedMessage(0, connection, data)
 
 
 def assembled(arrivals, cache_time=UNLIMITED, decoder=None):
@@ -62,7 +62,7 @@ def fed(arrivals, cache_time=UNLIMITED, decoder=None):
         if isinstance(batch, Incident):
             buffer.intake.refuse(batch)
         else:
-            buffer.insert_batch(batch, each.source.authority, each.source.static)
+            buffer.insert_batch(batch, each.connection.authority, each.connection.static)
     return buffer
 
 
@@ -85,8 +85,8 @@ def ways(arrivals, before=()):
     return counted
 
 
-def stream(edges=(('map', 'odom'), ('odom', 'base')), begin=1, count=50, source=TF):
-    return [arrival(source, [(*edge, (begin + number) * SECOND) for edge in edges])
+def stream(edges=(('map', 'odom'), ('odom', 'base')), begin=1, count=50, connection=TF):
+    return [arrival(connection, [(*edge, (begin + number) * SECOND) for edge in edges])
             for number in range(count)]
 
 
@@ -95,7 +95,7 @@ def test_first_message_of_an_edge_is_inserted_in_order():
 
 
 def test_several_publishers_in_turns_are_taken_together():
-    odometry, arm = stream(count=30), stream([('base', 'hand')], count=30, source=OTHER)
+    odometry, arm = stream(count=30), stream([('base', 'hand')], count=30, connection=OTHER)
     mixed = [each for pair in zip(odometry, arm, strict=True) for each in pair]
     assert ways(mixed[2:], mixed[:2]) == (0, 3)
 
@@ -117,7 +117,7 @@ def test_messages_of_ros1_and_of_either_byte_order_are_taken_together():
     big = [arrival(TF, [], serialize([('map', 'odom', second, 0, ONE)], '>'))
            for second in range(1, 40)]
     assert ways(big[1:], big[:1]) == (0, 1)
-    old = stream(source=ROS1)
+    old = stream(connection=ROS1)
     assert ways(old[1:], old[:1]) == (0, 2)
 
 
@@ -151,7 +151,7 @@ def test_static_message_that_is_sent_again_interrupts_nothing():
 def test_where_nothing_fits_looking_for_what_does_is_given_up_soon():
     """An edge that closes a loop is always refused; blocks are not tried at each message."""
     messages = [each for pair in zip(stream(count=400), stream(
-        [('base', 'map')], count=400, source=OTHER), strict=True) for each in pair]
+        [('base', 'map')], count=400, connection=OTHER), strict=True) for each in pair]
     with calls() as of:
         result = assembled(messages)
         tried = of(Tree.history_to_extend)
@@ -169,7 +169,7 @@ POSES = st.one_of(
 STAMPS = st.one_of(st.integers(0, 12), st.integers(0, 2000)).map(
     lambda tenth: tenth * SECOND // 10)
 TRANSFORMS = st.lists(st.tuples(FRAMES, FRAMES, STAMPS, POSES), max_size=3)
-SOURCES = st.sampled_from([TF, TF, TF, OTHER, ROS1, STATIC])
+CONNECTIONS = st.sampled_from([TF, TF, TF, OTHER, ROS1, STATIC])
 
 
 @st.composite
@@ -178,12 +178,12 @@ def recordings(draw):
     messages = []
     for _ in range(draw(st.integers(1, 6))):
         if draw(st.booleans()):
-            messages += [arrival(draw(SOURCES), draw(TRANSFORMS))
+            messages += [arrival(draw(CONNECTIONS), draw(TRANSFORMS))
                          for _ in range(draw(st.integers(1, 4)))]
             continue
-        source, begin = draw(SOURCES), draw(st.integers(0, 40))
+        on, begin = draw(CONNECTIONS), draw(st.integers(0, 40))
         edges = draw(st.lists(st.tuples(FRAMES, FRAMES), min_size=1, max_size=3))
-        messages += [arrival(source, [(*edge, (begin + number) * SECOND // 10) for edge in edges])
+        messages += [arrival(on, [(*edge, (begin + number) * SECOND // 10) for edge in edges])
                      for number in range(draw(st.integers(1, 30)))]
         if draw(st.integers(0, 5)) == 5:
             messages.append(arrival(TF, [], draw(st.binary(max_size=40))))
@@ -206,8 +206,8 @@ def test_many_layouts_of_one_size_are_all_read():
 
 
 def test_edges_that_are_left_out_leave_no_trace():
-    decoder = Decoder(lambda source: rename(frame_filter=['odom', 'base']))
-    again = Decoder(lambda source: rename(frame_filter=['odom', 'base']))
+    decoder = Decoder(lambda connection: rename(frame_filter=['odom', 'base']))
+    again = Decoder(lambda connection: rename(frame_filter=['odom', 'base']))
     messages = stream()
     assert_same(assembled(messages, decoder=decoder), fed(messages, decoder=again))
 

@@ -29,9 +29,9 @@ from hypothesis import example, given, HealthCheck, strategies as st
 import pytest
 from rosbags.rosbag2 import storage_mcap
 from tf_tree_py.bag import BagError, BagWarning, open_bag
-from tf_tree_py.bag.files import message_source, rosbags_file
+from tf_tree_py.bag.files import connections, rosbags_file
+from tf_tree_py.bag.files.connections import Connection
 from tf_tree_py.bag.files.mcap_scan import McapScan
-from tf_tree_py.bag.files.message_source import MessageSource
 from tf_tree_py.bag.files.scanning import Bytes
 from tf_tree_py.bag.files.unpacking import zstd
 from tf_tree_py.core.stamp import format_stamp
@@ -241,8 +241,8 @@ def test_whatever_bytes_are_damaged_it_is_a_bag_or_one_sentence(whole, places):
 
 @pytest.mark.parametrize('type_name', ['', 'TFMessage', '/'])
 def test_topic_whose_type_is_damaged_has_no_transforms(type_name):
-    source = MessageSource('/tf', type_name, False, '', False)
-    assert not source.has_transforms and not source.has_static_covariances
+    connection = Connection('/tf', type_name, False, '', False)
+    assert not connection.has_transforms and not connection.has_static_covariances
 
 
 def test_length_of_a_record_that_no_memory_can_hold_is_damage(tmp_path):
@@ -268,7 +268,7 @@ def test_quality_of_service_that_is_no_yaml_costs_nothing_else(tmp_path, storage
 
 def test_file_that_unpacks_to_a_thousand_times_its_size_is_refused(
         tmp_path, monkeypatch):
-    monkeypatch.setattr(message_source, 'ALWAYS', 2**20)
+    monkeypatch.setattr(connections, 'ALWAYS', 2**20)
     file = tmp_path / 'zeros.db3.zstd'
     file.write_bytes(zstd.compress(bytes(8 * 2**20)))
     with pytest.raises(BagError, match='unpacks to more than 1,048,576; TF_TREE_PY_MAX_UNPACKED'):
@@ -320,7 +320,7 @@ def test_mcap_chunk_whose_header_lies_about_its_size_is_left_out(
     file.write_bytes(re.sub(b'(?<!\x04\x22\x4d\x18..)' + re.escape(size.to_bytes(8, 'little')),
                             said.to_bytes(8, 'little'), file.read_bytes(), flags=re.DOTALL))
     assert file.stat().st_size < len(ZEROS) / 100
-    monkeypatch.setattr(message_source, 'ALWAYS', 2**20)
+    monkeypatch.setattr(connections, 'ALWAYS', 2**20)
     sizes, unpack = [], rosbags_file.unpacked_up_to
 
     def noted(*arguments):
@@ -358,7 +358,7 @@ def test_ros1_chunk_that_unpacks_to_more_than_the_limit_is_left_out(
     huge = Message(MANY[-1].received + 1, '/tf', [], data=ZEROS)
     file = write_ros1(tmp_path / 'run.bag', [*MANY[:10], huge], compression)
     assert file.stat().st_size < len(ZEROS) / 100
-    monkeypatch.setattr(message_source, 'ALWAYS', 2**20)
+    monkeypatch.setattr(connections, 'ALWAYS', 2**20)
     buffer, told = warned(file)
     assert 'unpacks to more than ' in told and 'TF_TREE_PY_MAX_UNPACKED' in told
     assert buffer.frames() == []

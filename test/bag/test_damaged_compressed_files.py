@@ -10,7 +10,7 @@ import tempfile
 from bags import driving, file_of, STATIC, write_ros1, write_ros2
 import pytest
 from tf_tree_py.bag import BagError
-from tf_tree_py.bag.files import message_source
+from tf_tree_py.bag.files import connections
 from tf_tree_py.bag.files.bag_reader import Bag
 from tf_tree_py.bag.files.discovery import PACKED
 from tf_tree_py.bag.files.unpacking import zstd
@@ -144,9 +144,9 @@ def test_file_that_unpacks_to_nothing_is_refused_by_its_name(tmp_path, plain, si
 
 
 def test_begin_of_a_bomb_is_refused_like_the_whole(tmp_path, monkeypatch, plain):
-    monkeypatch.setattr(message_source, 'ALWAYS', 2**20)
+    monkeypatch.setattr(connections, 'ALWAYS', 2**20)
     path = tmp_path / f'{plain.name}.zst'
     path.write_bytes(zstd.compress(plain.read_bytes() + bytes(2**24))[:-100])
-    monkeypatch.setattr(message_source, 'TIMES', 2)
+    monkeypatch.setattr(connections, 'TIMES', 2)
     with pytest.raises(BagError, match='the file of .* unpacks to more than'):
         Bag(Path(path))

@@ -153,7 +153,7 @@ def read(path):
     """Return the rows of a file."""
     scan = SqliteScan(path)
     return [(7, arrival.received, arrival.data) for arrival in scan
-            if arrival.source.topic == '/tf' and arrival.source.has_transforms], scan.lost
+            if arrival.connection.topic == '/tf' and arrival.connection.has_transforms], scan.lost
 
 
 @pytest.mark.parametrize('columns', COLUMNS)

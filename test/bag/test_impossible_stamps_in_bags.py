@@ -19,14 +19,14 @@ import numpy as np
 import pytest
 from serialized import serialize, serialize_ros1
 from tf_tree_py import BufferCore
-from tf_tree_py.bag import BagWarning, Decoder, MessageSource, open_bag, RecordedMessage
+from tf_tree_py.bag import BagWarning, Connection, Decoder, open_bag, RecordedMessage
 from tf_tree_py.bag.assembly.assembler import Assembler
 from tf_tree_py.core import UNLIMITED
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.files.tree_file import saved_tree
 
 BEGIN = 1_700_000_000
-TF = MessageSource('/tf', TF_MESSAGE, False, '', False)
+TF = Connection('/tf', TF_MESSAGE, False, '', False)
 ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 nanosecs = st.sampled_from([0, 5, SECOND - 1, SECOND, 2**32 - 1])

@@ -181,8 +181,8 @@ def test_arrivals_are_what_was_recorded(tmp_path, converted):
     arrivals = list(read_messages(path))
     assert [arrival.received for arrival in arrivals] == sorted(
         arrival.received for arrival in arrivals)
-    assert {(arrival.source.topic, arrival.source.static, arrival.source.latched,
-             arrival.source.publisher) for arrival in arrivals} == {
+    assert {(arrival.connection.topic, arrival.connection.static, arrival.connection.latched,
+             arrival.connection.publisher) for arrival in arrivals} == {
         ('/tf', False, False, '/drive'), ('/tf_static', True, True, '/somebody')}
     only = list(read_messages(path, ['/tf'], start=START + PERIOD, stop=START + 2 * PERIOD))
     assert len(only) == 2

@@ -21,7 +21,7 @@ from bags import (
 import numpy as np
 import pytest
 from tf_tree_py.bag import BagError, BagWarning, Covariances, open_bag
-from tf_tree_py.bag.files.message_source import decode, MessageSource
+from tf_tree_py.bag.files.connections import Connection, decode
 from tf_tree_py.beyond.uncertainty.insertion import estimate_in
 from tf_tree_py.core import Kind, Pose
 from tf_tree_py.core.messages.byte_cursor import WireError
@@ -219,16 +219,16 @@ def test_words_that_do_not_fit_together_are_told(words, sentence):
 def test_a_part_of_a_message_is_none(ros1):
     data = localised(ros1=ros1).data
     assert len(data) > 300
-    source = MessageSource('/amcl_pose', localised().type_name, False, '', ros1)
+    connection = Connection('/amcl_pose', localised().type_name, False, '', ros1)
     for size in range(len(data)):
         with pytest.raises(WireError, match='the message cannot be decoded'):
-            decode(source, data[:size])
+            decode(connection, data[:size])
 
 
 def test_other_byte_order_is_read():
     message = JAZZY.deserialize_cdr(driven().data, ODOMETRY)
     data = bytes(JAZZY.serialize_cdr(message, ODOMETRY, little_endian=False))
-    found = estimate_in(decode(MessageSource('/odom', ODOMETRY, False, '', False), data))
+    found = estimate_in(decode(Connection('/odom', ODOMETRY, False, '', False), data))
     assert found[:4] == ('odom', 'base', NOW, Pose(x=9.0))
     np.testing.assert_array_equal(found.covariance, SURE.ravel())
     assert found.covariance.dtype.isnative

@@ -79,7 +79,7 @@ def test_little_is_recorded_as_well(tmp_path, edges, rng):
 def test_static_edges_come_first_and_are_kept_for_late_listeners(tmp_path):
     fed(RUN).record(tmp_path / 'incident')
     arrivals = list(read_messages(tmp_path / 'incident'))
-    assert [arrival.source.topic for arrival in arrivals[:2]] == ['/tf_static', '/tf']
+    assert [arrival.connection.topic for arrival in arrivals[:2]] == ['/tf_static', '/tf']
     received = [arrival.received for arrival in arrivals]
     assert received == sorted(received)
     assert received[0] == received[1] == START

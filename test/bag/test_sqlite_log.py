@@ -82,8 +82,8 @@ def test_rows_in_the_log_of_a_truncated_file_are_read(tmp_path, recording, page,
     whole = file.read_bytes()
     file.write_bytes(whole[:int(part * len(whole))])
     with Bag(file) as bag:
-        given = [arrival.data for source in bag.everything
-                 for arrival in bag.messages(source.topic)]
+        given = [arrival.data for connection in bag.everything
+                 for arrival in bag.messages(connection.topic)]
         [damage] = bag.damage
     assert {*given} <= data_of(recording)  # SQLite would read a page that is missing as zeros
     # All of the log, which repeats each message, and a part of the file.
@@ -195,8 +195,8 @@ def test_damage_of_a_file_and_its_log_gives_messages_or_a_reason(pieces, part, o
     Path(f'{file}-wal').write_bytes(changed[1])
     try:
         with Bag(file) as bag:
-            found = [arrival.data for source in bag.everything
-                     for arrival in bag.messages(source.topic)]
+            found = [arrival.data for connection in bag.everything
+                     for arrival in bag.messages(connection.topic)]
     except BagError as error:
         assert file.name in str(error)
         return

@@ -10,7 +10,7 @@ from calibration_scenes import EDGE, errors, scene, START, with_target_moved
 import numpy as np
 import pytest
 from tf_tree_py.bag import open_bag
-from tf_tree_py.bag.files.message_source import typestore
+from tf_tree_py.bag.files.connections import typestore
 from tf_tree_py.calibration import Observations, recorded_observations
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core import Pose

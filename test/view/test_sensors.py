@@ -10,8 +10,8 @@ from bags import JAZZY, Message as BagMessage, write_ros2
 import numpy as np
 import pytest
 from tf_tree_py import BufferCore
-from tf_tree_py.bag import MessageSource
-from tf_tree_py.bag.files import message_source
+from tf_tree_py.bag import Connection
+from tf_tree_py.bag.files import connections
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.view.model.moment import moment_at
 from tf_tree_py.view.page.page import SensorView
@@ -211,7 +211,7 @@ def test_recorded_message_that_is_damaged_costs_only_itself(tmp_path):
 
 
 def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_path):
-    store = message_source.typestore(False)
+    store = connections.typestore(False)
     types = store.types
     head = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](5, 0), 'camera')
     pose = types['geometry_msgs/msg/Pose'](types['geometry_msgs/msg/Point'](1.0, 2.0, 3.0),
@@ -221,8 +221,8 @@ def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_p
     type_name = 'vision_msgs/msg/Detection3DArray'
     made = types[type_name](head, [types['vision_msgs/msg/Detection3D'](head, [], box, '7')])
     data = bytes(store.serialize_cdr(made, type_name))
-    source = MessageSource('/detections', type_name, False, '', False)
-    assert decoded(source, data).points.tolist() == [[1.0, 2.0, 3.0]]
+    connection = Connection('/detections', type_name, False, '', False)
+    assert decoded(connection, data).points.tolist() == [[1.0, 2.0, 3.0]]
 
 
 def test_reading_without_a_transform_has_no_place(tree):

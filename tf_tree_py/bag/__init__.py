@@ -15,7 +15,7 @@ from .assembly.assembler import Anomaly, BagWarning
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder
 from .files.bag_reader import Bag, read_messages
-from .files.message_source import MessageSource, RecordedMessage
+from .files.connections import Connection, RecordedMessage
 from .opening import open_bag, Recording, stamps_of
 
 __all__ = [
@@ -23,10 +23,10 @@ __all__ = [
     'Bag',
     'BagError',
     'BagWarning',
+    'Connection',
     'Covariances',
     'CovarianceTopics',
     'Decoder',
-    'MessageSource',
     'open_bag',
     'read_messages',
     'RecordedMessage',

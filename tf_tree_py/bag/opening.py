@@ -35,8 +35,8 @@ from .assembly.assembler import Anomalies, Anomaly, as_text, Assembler, BagWarni
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder, prefixed, renames
 from .files.bag_reader import Bag, PathLike
+from .files.connections import Connection
 from .files.joint_states import JointStateReader
-from .files.message_source import MessageSource
 from .files.ros1_bytes import cursor_of
 from .progress import progress_bar
 
@@ -65,8 +65,8 @@ def topic_of_joints(bag: Bag, topic: str | None) -> str:
     :param topic: the topic to check; None: the only topic of joint states.
     :raises BagError: there is none, there are several, or it has messages of another type.
     """
-    found = sorted({source.topic for source in bag.everything
-                    if source.type_name.replace('/msg/', '/') == JOINT_STATES})
+    found = sorted({each.topic for each in bag.everything
+                    if each.type_name.replace('/msg/', '/') == JOINT_STATES})
     if topic is None and len(found) == 1:
         return found[0]
     if topic in found:
@@ -108,13 +108,13 @@ def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int
 def _states(bag: Bag, topic: str, start: int | None, stop: int | None,
             oddities: Anomalies) -> Iterator[JointState]:
     """Yield the readable messages received from start to stop."""
-    readers = {source: JointStateReader(source.ros1) for source in bag.sources_of(topic)}
+    readers = {each: JointStateReader(each.ros1) for each in bag.connections_of(topic)}
     begin, end = BEGINNING if start is None else start, FOREVER if stop is None else stop
     for arrival in bag.messages(topic):
         if not begin <= arrival.received < end:
             continue
         try:
-            yield readers[arrival.source].read(arrival.data)
+            yield readers[arrival.connection].read(arrival.data)
         except ValueError as error:
             oddities.note('unreadable joint states', f'on {topic}: {error}',
                           first=arrival.received)
@@ -127,7 +127,7 @@ _ODOMETRY, _TF_MESSAGE = 'nav_msgs/Odometry', 'tf2_msgs/TFMessage'
 
 def no_transforms(bag: Bag) -> str:
     """Return the error in one sentence; the bag must be open and not yet read."""
-    types = {source.topic: source.type_name.replace('/msg/', '/') for source in bag.everything}
+    types = {each.topic: each.type_name.replace('/msg/', '/') for each in bag.everything}
     there = listed(sorted(types), most=20) or 'nothing'
     hints = [f'{topic} has messages of type {type_name}, not {_TF_MESSAGE}'
              for topic, type_name in types.items()
@@ -210,11 +210,11 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Stam
         uncertain = CovarianceTopics(bag, covariances, alone=topics is not None)
         joints = None if described is None else topic_of_joints(bag, joint_topic)
         _check_topics(bag, frame_prefix, joints, uncertain.rules)
-        with progress_bar(bag.path.name, bag.expected(uncertain.sources)) as tell:
+        with progress_bar(bag.path.name, bag.expected(uncertain.connections)) as tell:
             assembly.take(bag.arrivals(begin, end), tell)
             if described is not None and joints is not None:
                 take_joints(bag, described, joints, begin, end,
-                            rename_of(bag.sources_of(joints)[0]), assembly)
+                            rename_of(bag.connections_of(joints)[0]), assembly)
             uncertain.take_into(assembly, names_of, wanted, begin, end, tell)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(
@@ -242,16 +242,16 @@ def _with_odometry(covariances: Mapping[str, Covariances] | None,
 def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str | None,
                   uncertain: Mapping[str, Covariances]) -> None:
     with_poses = joints is not None or any(rules.with_poses for rules in uncertain.values())
-    if not bag.sources and not with_poses:
+    if not bag.connections and not with_poses:
         raise BagError(no_transforms(bag))
     if isinstance(frame_prefix, str):
         return
     if not isinstance(frame_prefix, Mapping):
         raise BagError(f'frame_prefix has to be a string or a dictionary, not {frame_prefix!r}')
-    read = {source.topic for source in bag.sources} | {joints} | set(uncertain)
+    read = {each.topic for each in bag.connections} | {joints} | set(uncertain)
     unknown = set(frame_prefix) - read
     if unknown:
-        there = ', '.join(sorted({source.topic for source in bag.everything}))
+        there = ', '.join(sorted({each.topic for each in bag.everything}))
         raise BagError(f'{bag.path}: frame_prefix names {", ".join(sorted(unknown))}, of which no '
                        f'transforms are read; the bag has: {there}')
 
@@ -276,22 +276,22 @@ def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
         begin with a stamp.
     """
     with Bag(bag.path if isinstance(bag, Recording) else bag, []) as opened:
-        read = {source: _stamp_reader(source, opened) for source in opened.sources_of(topic)}
-        stamps = [read[arrival.source](arrival.data) for arrival in opened.messages(topic)]
+        read = {each: _stamp_reader(each, opened) for each in opened.connections_of(topic)}
+        stamps = [read[arrival.connection](arrival.data) for arrival in opened.messages(topic)]
     return np.array(stamps, dtype=np.int64)
 
 
-def _stamp_reader(source: MessageSource, bag: Bag) -> Callable[[bytes], int]:
-    first = bag.first_field(source)
+def _stamp_reader(connection: Connection, bag: Bag) -> Callable[[bytes], int]:
+    first = bag.first_field(connection)
     take = _STAMP_OF.get(first)
-    what = f'{bag.path}: a message of {source.topic} ({source.type_name})'
+    what = f'{bag.path}: a message of {connection.topic} ({connection.type_name})'
     if take is None:
         raise BagError(f'{what} begins with {first or "an unknown field"}, and not with '
                        'a header')
 
     def read(data: bytes) -> int:
         try:
-            return take(cursor_of(data, source.ros1))
+            return take(cursor_of(data, connection.ros1))
         except WireError as error:
             raise BagError(f'{what} has no stamp: {error}') from None
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.bag import Bag, Recording
-from tf_tree_py.bag.files.message_source import decode
+from tf_tree_py.bag.files.connections import decode
 from tf_tree_py.core import TransformException
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.sample import message_stamp
@@ -202,7 +202,7 @@ def seen_on_tf(tree: Tree, frame: str, fixed_in: str, known: dict[str, str]) -> 
 
 def _on_topic(recording: Recording, topic: str) -> list[Detection]:
     with Bag(recording.path, []) as bag:
-        topics = {source.topic: source.type_name for source in bag.everything}
+        topics = {connection.topic: connection.type_name for connection in bag.everything}
         if topic not in topics:
             there = [f'{name} ({type_name})' for name, type_name in sorted(topics.items())]
             raise CalibrationError(f'{recording.path} has no topic {topic}; it has: '
@@ -210,10 +210,10 @@ def _on_topic(recording: Recording, topic: str) -> list[Detection]:
         check_type(topics[topic])
         found: list[Detection] = []
         for arrival in bag.messages(topic):
-            source = arrival.source
+            connection = arrival.connection
             try:
-                message = decode(source, arrival.data)
+                message = decode(connection, arrival.data)
             except WireError:
                 continue  # a damaged message observes nothing
-            found += detections_in(source.type_name, message)
+            found += detections_in(connection.type_name, message)
         return found

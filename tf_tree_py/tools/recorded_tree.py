@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, RecordedMessage
-from tf_tree_py.bag.files.message_source import decode
+from tf_tree_py.bag.files.connections import decode
 from tf_tree_py.bag.files.ros1_bytes import cursor_of
 from tf_tree_py.bag.opening import no_transforms
 from tf_tree_py.bag.progress import progress_bar
@@ -47,7 +47,7 @@ class RecordedTree:
             self._bag = Bag(arguments.bag, topics_of(arguments))
         except (BagError, OSError) as error:
             raise Cannot(str(error)) from error
-        if not self._bag.sources:
+        if not self._bag.connections:
             sentence = no_transforms(self._bag)
             self._bag.close()
             raise Cannot(sentence)
@@ -95,8 +95,8 @@ class RecordedTree:
 
     def endpoints(self) -> list[Endpoint]:
         """Return the publishers, as far as the bag contains them."""
-        return [Endpoint(source.topic, source.static, source.publisher, True, source.reliable,
-                         not source.volatile) for source in self._bag.sources]
+        return [Endpoint(each.topic, each.static, each.publisher, True, each.reliable,
+                         not each.volatile) for each in self._bag.connections]
 
     def graph(self) -> RosGraph:
         """Return nothing: a recording has no graph."""
@@ -120,12 +120,12 @@ class RecordedTree:
 
     def _note_sources(self) -> None:
         """Notify observers of what the robot's buffers reported of their sources, all at once."""
-        if not any(source.topic == DIAGNOSTICS_TOPIC for source in self._bag.everything):
+        if not any(each.topic == DIAGNOSTICS_TOPIC for each in self._bag.everything):
             return
         reports = SwitchReports()
         for arrival in self._bag.messages(DIAGNOSTICS_TOPIC):
             try:
-                statuses = decode(arrival.source, arrival.data).status
+                statuses = decode(arrival.connection, arrival.data).status
             except WireError:
                 continue  # an unreadable diagnostics message is not a fault of the transforms
             for status in statuses:
@@ -135,15 +135,16 @@ class RecordedTree:
 
     def _take(self, arrival: RecordedMessage) -> None:
         self._now = self._time_of(arrival.received)
-        source = arrival.source
+        connection = arrival.connection
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
             self.buffer.intake.refuse(replace(
-                batch, authority=source.publisher, detail=f'on {source.topic}: {batch.detail}'))
+                batch, authority=connection.publisher,
+                detail=f'on {connection.topic}: {batch.detail}'))
             return
         self.buffer.observers.notify_received(ReceivedMessage(
-            batch, self._now, source.topic, source.static, source.publisher))
-        self.buffer.insert_batch(batch, source.publisher, source.static, announced=True)
+            batch, self._now, connection.topic, connection.static, connection.publisher))
+        self.buffer.insert_batch(batch, connection.publisher, connection.static, announced=True)
 
 
 def topics_of(arguments: Namespace) -> list[str] | None:
@@ -159,7 +160,7 @@ def _clock_of(bag: Bag) -> Callable[[int], int]:
 
     If ``/clock`` was recorded, its messages determine the function.
     """
-    if not any(source.topic == _CLOCK for source in bag.everything):
+    if not any(each.topic == _CLOCK for each in bag.everything):
         return lambda received: received
     times = list(_ticks(bag.messages(_CLOCK)))
     if not times:
@@ -175,4 +176,4 @@ def _ticks(arrivals: Iterator[RecordedMessage]) -> Iterator[tuple[int, int]]:
     """Yield the time of receiving of each message on ``/clock``, and the time in it."""
     for arrival in arrivals:
         with suppress(WireError):  # a damaged message says nothing about the clock
-            yield arrival.received, cursor_of(arrival.data, arrival.source.ros1).take_time()
+            yield arrival.received, cursor_of(arrival.data, arrival.connection.ros1).take_time()

@@ -33,7 +33,7 @@ from tf_tree_py.core.tree.tree import Tree
 
 from .decoding import decode, Decoder, Edge, MessageWindow, Samples
 from .lone_samples import ArrivalOrder, LONE_STAMP
-from ..files.message_source import RecordedMessage
+from ..files.connections import RecordedMessage
 
 # A longer text would not be read; ``oddities`` has the rest as data.
 _MAX_LINES = 20
@@ -229,7 +229,7 @@ class Assembler:
             some = samples.between(begin, end)
             if not len(some.messages):
                 continue
-            authority = arrivals[some.messages[-1]].source.authority
+            authority = arrivals[some.messages[-1]].connection.authority
             self._arrived.add_many(edge, window.received[some.messages], some.stamps, authority)
             self._insert(SampleTrack(*edge, some.stamps, some.poses), authority)
 
@@ -239,22 +239,22 @@ class Assembler:
     # --- message by message
 
     def _take_one(self, arrival: RecordedMessage) -> None:
-        source = arrival.source
+        connection = arrival.connection
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
             self.refuse(batch)
             return
-        if source.static:
+        if connection.static:
             self._note_changes(batch)
         else:
             for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
-                self._arrived.add(edge, arrival.received, stamp, source.authority)
+                self._arrived.add(edge, arrival.received, stamp, connection.authority)
         self.oddities.note_incidents(
-            self.intake.take_batch(batch, source.authority, source.static))
+            self.intake.take_batch(batch, connection.authority, connection.static))
 
     def _is_repeated(self, arrival: RecordedMessage) -> bool:
         """Return whether a static message only repeats values in the tree."""
-        batch = self._decoder.read(arrival) if arrival.source.static else None
+        batch = self._decoder.read(arrival) if arrival.connection.static else None
         return isinstance(batch, Batch) and all(map(self._is_known, batch.samples()))
 
     def _is_known(self, sample: Sample) -> bool:

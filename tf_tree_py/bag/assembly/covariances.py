@@ -24,7 +24,7 @@ from tf_tree_py.recording.errors import BagError
 
 from .assembler import Assembler
 from ..files.bag_reader import Bag
-from ..files.message_source import decode, MessageSource
+from ..files.connections import Connection, decode
 
 Heard: TypeAlias = tuple[EdgeEstimate | Incident, Covariances, str]
 
@@ -34,7 +34,7 @@ class CovarianceTopics:
     The topics of a bag that contain covariances of edges.
 
     :ivar rules: the edge of each topic's covariances.
-    :ivar sources: of these topics.
+    :ivar connections: of these topics.
     """
 
     def __init__(self, bag: Bag, given: Mapping[str, Covariances] | None, alone: bool) -> None:
@@ -46,20 +46,20 @@ class CovarianceTopics:
         :raises BagError: the bag does not have one of them, or it has no covariances.
         """
         self._bag = bag
-        self.rules = {} if alone else {source.topic: Covariances() for source in bag.everything
-                                       if source.has_static_covariances}
+        self.rules = {} if alone else {each.topic: Covariances() for each in bag.everything
+                                       if each.has_static_covariances}
         self.rules |= _checked_rules(given)
-        self.sources = [source for topic in self.rules for source in bag.sources_of(topic)]
-        for source in self.sources:
-            _check_type(bag, source, self.rules[source.topic])
+        self.connections = [each for topic in self.rules for each in bag.connections_of(topic)]
+        for connection in self.connections:
+            _check_type(bag, connection, self.rules[connection.topic])
 
-    def take_into(self, assembly: Assembler, rename_of: Callable[[MessageSource], Rename],
+    def take_into(self, assembly: Assembler, rename_of: Callable[[Connection], Rename],
                   wanted: Callable[[str, str], bool], start: int | None, stop: int | None,
                   tell: Callable[[int], None]) -> None:
         """
         Insert the covariances of edges with transforms.
 
-        :param rename_of: returns the new names for the frames of a source.
+        :param rename_of: returns the new names for the frames of a connection.
         :param wanted: returns whether to take an edge, by its new names.
         :param start: skip messages received before it, nanoseconds; not of static edges.
         :param stop: skip messages received at it or later.
@@ -74,7 +74,7 @@ class CovarianceTopics:
         _note_strays(assembly)
 
     def heard(self, tree: Queries,
-              rename_of: Callable[[MessageSource], Rename] = lambda _: as_published,
+              rename_of: Callable[[Connection], Rename] = lambda _: as_published,
               start: int | None = None, stop: int | None = None,
               tell: Callable[[int], None] = lambda _: None) -> Iterator[Heard]:
         """
@@ -86,25 +86,26 @@ class CovarianceTopics:
         """
         # Those that are moved come last: their path may have its poses from another topic.
         for topic, rules in sorted(self.rules.items(), key=lambda each: each[1].edge is not None):
-            sources = self._bag.sources_of(topic)
-            static = any(source.has_static_covariances for source in sources)
-            readers = {source: self._reader(source, rules, rename_of(source), tree)
-                       for source in sources}
+            connections = self._bag.connections_of(topic)
+            static = any(connection.has_static_covariances for connection in connections)
+            readers = {connection: self._reader(connection, rules, rename_of(connection), tree)
+                       for connection in connections}
             for arrival in self._bag.messages(topic, *(None, None) if static else (start, stop)):
                 tell(1)
-                yield readers[arrival.source](arrival.data), rules, arrival.source.authority
+                connection = arrival.connection
+                yield readers[connection](arrival.data), rules, connection.authority
 
-    def _reader(self, source: MessageSource, rules: Covariances, names: Rename,
+    def _reader(self, connection: Connection, rules: Covariances, names: Rename,
                 tree: Queries) -> Callable[[bytes], EdgeEstimate | Incident]:
-        """Return a function that reads a source's messages to estimates or incidents."""
-        authority = source.authority
+        """Return a function that reads a connection's messages to estimates or incidents."""
+        authority = connection.authority
 
         def read(data: bytes) -> EdgeEstimate | Incident:
             try:
-                said = estimate_in(decode(source, data))
+                said = estimate_in(decode(connection, data))
             except WireError as error:
                 return Incident(Kind.MALFORMED, '', '', LATEST, authority,
-                                f'{source.topic}: {error}')
+                                f'{connection.topic}: {error}')
             parent, child = names(said.parent, said.child) or ('', '')
             estimate = rules.judged(said._replace(parent=parent, child=child), authority)
             if isinstance(estimate, Incident):
@@ -135,11 +136,11 @@ def _checked_rules(given: Mapping[str, Covariances] | None) -> Mapping[str, Cova
                    f'not {given!r:.80}')
 
 
-def _check_type(bag: Bag, source: MessageSource, rules: Covariances) -> None:
+def _check_type(bag: Bag, connection: Connection, rules: Covariances) -> None:
     try:
-        rules.check_type(source.type_name)
+        rules.check_type(connection.type_name)
     except ValueError as error:
-        raise BagError(f'{bag.path}: covariances of {source.topic}: {error}') from None
+        raise BagError(f'{bag.path}: covariances of {connection.topic}: {error}') from None
 
 
 def _note_strays(assembly: Assembler) -> None:

@@ -30,64 +30,64 @@ from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
 
 from .message_block import block_of
-from ..files.message_source import MessageSource, RecordedMessage
+from ..files.connections import Connection, RecordedMessage
 from ..files.ros1_bytes import find_ros1_layout
 
 
 class Decoder:
     """
-    Decodes messages to transforms; remembers the layouts of each source.
+    Decodes messages to transforms; remembers the layouts of each connection.
 
-    :param rename_of: returns the new names for the edges of a source, and None for those to skip;
+    :param rename_of: returns the new names of a connection's edges, and None for those to skip;
         names are unchanged unless it is given.
     """
 
     def __init__(self,
-                 rename_of: Callable[[MessageSource], Rename] = lambda _: as_published) -> None:
+                 rename_of: Callable[[Connection], Rename] = lambda _: as_published) -> None:
         self._rename_of = rename_of
-        self._readers: dict[MessageSource, WireReader] = {}
+        self._readers: dict[Connection, WireReader] = {}
 
     def read(self, arrival: RecordedMessage) -> Batch | Incident:
         """Return the transforms of a message, or the incident of invalid bytes."""
-        source = arrival.source
-        return self.reader_of(source).read_or_refuse(arrival.data, source.authority)
+        connection = arrival.connection
+        return self.reader_of(connection).read_or_refuse(arrival.data, connection.authority)
 
-    def reader_of(self, source: MessageSource) -> WireReader:
-        """Return the reader for the messages of a source."""
-        reader = self._readers.get(source)
+    def reader_of(self, connection: Connection) -> WireReader:
+        """Return the reader for the messages of a connection."""
+        reader = self._readers.get(connection)
         if reader is None:
-            reader = self._readers[source] = WireReader(
-                self._rename_of(source), find_ros1_layout if source.ros1 else find_layout,
-                static=source.static)
+            reader = self._readers[connection] = WireReader(
+                self._rename_of(connection), find_ros1_layout if connection.ros1 else find_layout,
+                static=connection.static)
         return reader
 
 
 def prefixed(frame_prefix: str | Mapping[str, str],
-             shared_frames: Collection[str]) -> Callable[[MessageSource], Rename]:
+             shared_frames: Collection[str]) -> Callable[[Connection], Rename]:
     """
-    Return a function that returns the new names for the frames of a source.
+    Return a function that returns the new names for the frames of a connection.
 
     :param frame_prefix: a prefix for every frame, such as ``robot1/``; or that of each topic.
     :param shared_frames: frames that get no prefix, such as ``map``.
     """
-    def rename_of(source: MessageSource) -> Rename:
+    def rename_of(connection: Connection) -> Rename:
         prefix = (frame_prefix if isinstance(frame_prefix, str)
-                  else frame_prefix.get(source.topic, ''))
+                  else frame_prefix.get(connection.topic, ''))
         return rename(frame_prefix=prefix, shared_frames=shared_frames)
 
     return rename_of
 
 
-def renames(names_of: Callable[[MessageSource], Rename],
-            wanted: Callable[[str, str], bool]) -> Callable[[MessageSource], Rename]:
+def renames(names_of: Callable[[Connection], Rename],
+            wanted: Callable[[str, str], bool]) -> Callable[[Connection], Rename]:
     """
-    Return a function that returns the new names for a source's edges, and None for those to skip.
+    Return a function of a connection: the new names of its edges, and None for those to skip.
 
     :param names_of: the new names of its frames; see ``prefixed``.
     :param wanted: returns whether to take an edge, by its new names.
     """
-    def rename_of(source: MessageSource) -> Rename:
-        names = names_of(source)
+    def rename_of(connection: Connection) -> Rename:
+        names = names_of(connection)
 
         def both(parent: str, child: str) -> tuple[str, str] | None:
             edge = names(parent, child)
@@ -143,17 +143,17 @@ class MessageWindow(NamedTuple):
 
 def decode(arrivals: Sequence[RecordedMessage], decoder: Decoder) -> MessageWindow:
     """Return messages, decoded together."""
-    # By the identity of the source: a comparison of sources takes longer than the rest of this.
+    # By the identity of the connection: comparing two takes longer than the rest of this.
     alike: dict[tuple[int, Key], list[int]] = defaultdict(list)
     others: list[int] = []
-    for number, (_, source, data) in enumerate(arrivals):
-        if source.static:
+    for number, (_, connection, data) in enumerate(arrivals):
+        if connection.static:
             others.append(number)
         else:
-            alike[id(source), key_of(data)].append(number)
+            alike[id(connection), key_of(data)].append(number)
     parts: dict[Edge, list[Samples]] = defaultdict(list)
     for numbers in alike.values():
-        reader = decoder.reader_of(arrivals[numbers[0]].source)
+        reader = decoder.reader_of(arrivals[numbers[0]].connection)
         others += _add_alike(arrivals, numbers, reader, parts)
     received = np.array([arrival.received for arrival in arrivals], np.int64)
     return MessageWindow(received, {edge: _joined(samples) for edge, samples in parts.items()},

@@ -18,8 +18,8 @@ from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.text import printable
 from tf_tree_py.recording.errors import BagError, needs_extra
 
+from .connections import Connection, RecordedMessage, Storage
 from .discovery import files_of
-from .message_source import MessageSource, RecordedMessage, Storage
 
 PathLike = str | os.PathLike[str]
 
@@ -31,8 +31,8 @@ class Bag(Closable):
     Close it, or use it in a ``with``.
 
     :ivar path: of the file or folder.
-    :ivar sources: of transforms: every topic of type TFMessage, or the requested ones.
-    :ivar everything: the sources of all types.
+    :ivar connections: of transforms: every topic of type TFMessage, or the requested ones.
+    :ivar everything: the connections of all types.
     """
 
     def __init__(self, path: PathLike, topics: Sequence[str] | None = None) -> None:
@@ -46,9 +46,9 @@ class Bag(Closable):
         self._damage: list[str] = []
         self._storages = _open_all(self.path, self._damage)
         self.everything = list(dict.fromkeys(
-            source for storage in self._storages for source in storage.counts))
+            connection for storage in self._storages for connection in storage.counts))
         try:
-            self.sources = _chosen(self.path, self.everything, topics)
+            self.connections = _chosen(self.path, self.everything, topics)
         except BagError:
             self.close()
             raise
@@ -62,23 +62,23 @@ class Bag(Closable):
     def arrivals(self, start: int | None = None,
                  stop: int | None = None) -> Iterator[RecordedMessage]:
         """
-        Yield every message of ``sources``, in order of arrival.
+        Yield every message of ``connections``, in order of arrival.
 
         :param start: skip moving transforms received before it, nanoseconds; None: read all.
             Static ones are valid at all times, so they are never skipped.
         :param stop: skip moving transforms that were received at this time or later.
         """
         if start is None and stop is None:
-            yield from self._read(self.sources, None, None)
+            yield from self._read(self.connections, None, None)
             return
-        static = self._read([source for source in self.sources if source.static], None, None)
+        static = self._read([each for each in self.connections if each.static], None, None)
         # Both read the same files, but not at once: there are few static messages.
-        moving = self._read([source for source in self.sources if not source.static], start, stop)
+        moving = self._read([each for each in self.connections if not each.static], start, stop)
         yield from heapq.merge(list(static), moving, key=lambda arrival: arrival.received)
 
-    def sources_of(self, topic: str) -> list[MessageSource]:
+    def connections_of(self, topic: str) -> list[Connection]:
         """
-        Return the sources of one topic, of any type.
+        Return the connections of one topic, of any type.
 
         :raises BagError: the bag does not have it.
         """
@@ -93,14 +93,14 @@ class Bag(Closable):
         :param stop: skip messages received at it or later; None: read all.
         :raises BagError: the bag does not have it.
         """
-        yield from self._read(self.sources_of(topic), start, stop)
+        yield from self._read(self.connections_of(topic), start, stop)
 
-    def first_field(self, source: MessageSource) -> str:
-        """Return the type of the first field of a source's messages; '' if it is unknown."""
+    def first_field(self, connection: Connection) -> str:
+        """Return the type of the first field of a connection's messages; '' if it is unknown."""
         from .rosbags_file import first_field_of  # here, because rosbags need not be installed
-        known = [storage.definitions[source] for storage in self._storages
-                 if source in storage.definitions]
-        return next(filter(None, (first_field_of(source, one) for one in known)), '')
+        known = [storage.definitions[connection] for storage in self._storages
+                 if connection in storage.definitions]
+        return next(filter(None, (first_field_of(connection, one) for one in known)), '')
 
     @property
     def span(self) -> tuple[int, int]:
@@ -108,15 +108,15 @@ class Bag(Closable):
         begins, ends = zip(*(storage.span for storage in self._storages), strict=True)
         return min(begins), max(ends)
 
-    def expected(self, others: Collection[MessageSource] = ()) -> int:
-        """Return the expected number of messages of ``sources`` and of others."""
-        return sum(count for storage in self._storages for source, count
-                   in storage.counts.items() if source in self.sources or source in others)
+    def expected(self, others: Collection[Connection] = ()) -> int:
+        """Return the expected number of messages of ``connections`` and of others."""
+        return sum(count for storage in self._storages for each, count
+                   in storage.counts.items() if each in self.connections or each in others)
 
-    def _read(self, sources: Sequence[MessageSource], start: int | None,
+    def _read(self, connections: Sequence[Connection], start: int | None,
               stop: int | None) -> Iterator[RecordedMessage]:
         for storage in self._storages:
-            yield from storage.arrivals(sources, start, stop)
+            yield from storage.arrivals(connections, start, stop)
 
     def close(self) -> None:
         """Close its files."""
@@ -162,23 +162,24 @@ def _open_all(path: Path, damage: list[str]) -> list[Storage]:
     return sorted(storages, key=lambda storage: storage.span)
 
 
-def _chosen(path: Path, everything: Sequence[MessageSource],
-            topics: Sequence[str] | None) -> list[MessageSource]:
+def _chosen(path: Path, everything: Sequence[Connection],
+            topics: Sequence[str] | None) -> list[Connection]:
     if isinstance(topics, str):
         raise BagError(f'topics has to be a list of names, such as [{topics!r}]')
     if topics is None:
-        return [source for source in everything if source.has_transforms]
-    chosen = [source for topic in topics for source in _of_topic(path, everything, topic)]
-    for source in chosen:
-        if not source.has_transforms:
-            raise BagError(f'{path}: {source.topic} has messages of type {source.type_name}, '
+        return [each for each in everything if each.has_transforms]
+    chosen = [connection for topic in topics for connection in _of_topic(path, everything, topic)]
+    for connection in chosen:
+        if not connection.has_transforms:
+            raise BagError(f'{path}: {connection.topic} has messages of type '
+                           f'{connection.type_name}, '
                            'not transforms')
     return chosen
 
 
-def _of_topic(path: Path, everything: Sequence[MessageSource], topic: str) -> list[MessageSource]:
-    found = [source for source in everything if source.topic == topic]
+def _of_topic(path: Path, everything: Sequence[Connection], topic: str) -> list[Connection]:
+    found = [each for each in everything if each.topic == topic]
     if not found:
-        there = ', '.join(sorted({source.topic for source in everything})) or 'none'
+        there = ', '.join(sorted({each.topic for each in everything})) or 'none'
         raise BagError(f'{path} has no topic {topic}; it has: {there}')
     return found

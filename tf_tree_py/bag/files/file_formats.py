@@ -6,8 +6,8 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from .connections import Scan, Storage
 from .mcap_scan import McapScan
-from .message_source import Scan, Storage
 from .plain_file import PlainFile
 from .ros1_scan import Ros1Scan
 from .rosbags_file import RosbagsFile, UNREADABLE

@@ -11,7 +11,7 @@ from .ros1_bytes import cursor_of
 
 class JointStateReader:
     """
-    Reads the messages of one source.
+    Reads the messages of one connection.
 
     Nearly all messages have the same names as the previous one, which are recognised by their
     bytes.

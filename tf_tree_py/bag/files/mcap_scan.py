@@ -15,8 +15,8 @@ import zlib
 
 from rosbags.interfaces import MessageDefinition
 
-from .message_source import MessageSource, RecordedMessage, too_large, unpacked_limit
-from .rosbags_file import profiles_of, ros2_source, UNREADABLE
+from .connections import Connection, RecordedMessage, too_large, unpacked_limit
+from .rosbags_file import profiles_of, ros2_connection, UNREADABLE
 from .scanning import Bytes, Cut, definition, OtherProfile, RecordScan, ros1_type
 from .unpacking import unpacked_part
 
@@ -37,7 +37,7 @@ class McapScan(RecordScan):
         """
         super().__init__(path, _MAGIC, 'MCAP')
         self._schemas: dict[int, tuple[str, MessageDefinition]] = {}
-        self._channels: dict[int, MessageSource] = {}
+        self._channels: dict[int, Connection] = {}
 
     def check_sizes(self) -> None:
         """
@@ -140,24 +140,24 @@ class McapScan(RecordScan):
             name, fields = self._schemas.get(schema, ('', definition('', '')))
             metadata = _metadata(Bytes(content.sized()))
             if encoding == 'ros1':
-                source = MessageSource(topic, ros1_type(name),
-                                       metadata.get('latching') in ('1', 'true'),
-                                       metadata.get('callerid', ''), True)
+                connection = Connection(topic, ros1_type(name),
+                                        metadata.get('latching') in ('1', 'true'),
+                                        metadata.get('callerid', ''), True)
             else:
-                source = ros2_source(
+                connection = ros2_connection(
                     topic, name, profiles_of(metadata.get('offered_qos_profiles', '')))
-            self._channels[number] = source
-            self.definitions[source] = fields
+            self._channels[number] = connection
+            self.definitions[connection] = fields
 
     def _message(self, content: Bytes) -> Iterator[RecordedMessage]:
-        source = self._channels.get(content.number('H'))
+        connection = self._channels.get(content.number('H'))
         content.take(4)  # a sequence number
         received = content.number('Q')
         content.take(8)  # the time of publishing
-        if source is None:
+        if connection is None:
             self._unknown_bytes += content.left
         else:
-            yield RecordedMessage(received, source, bytes(content.take(content.left)))
+            yield RecordedMessage(received, connection, bytes(content.take(content.left)))
 
 
 def _metadata(data: Bytes) -> dict[str, str]:

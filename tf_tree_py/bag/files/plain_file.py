@@ -12,8 +12,8 @@ from typing import BinaryIO
 
 from tf_tree_py.core.text import printable
 
+from .connections import TooLarge
 from .discovery import PACKED
-from .message_source import TooLarge
 from .sqlite_log import check_for_sqlite, log_of
 from .unpacking import Unpacker
 

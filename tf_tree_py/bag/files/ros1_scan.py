@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 import struct
 
-from .message_source import MessageSource, RecordedMessage
+from .connections import Connection, RecordedMessage
 from .rosbags_file import UNREADABLE
 from .scanning import Bytes, Cut, definition, RecordScan, ros1_type
 from .unpacking import unpacked_part
@@ -32,7 +32,7 @@ class Ros1Scan(RecordScan):
         :raises ValueError: it is not a bag of ROS 1.
         """
         super().__init__(path, _MAGIC, 'a bag of ROS 1')
-        self._connections: dict[int, MessageSource] = {}
+        self._connections: dict[int, Connection] = {}
 
     def _read_summary(self) -> None:
         file = self._file()
@@ -77,19 +77,19 @@ class Ros1Scan(RecordScan):
         yield from self._records_in_chunk(len(packed), used, unpacked)
 
     def _connect(self, header: dict[str, bytes], fields: dict[str, bytes]) -> None:
-        source = MessageSource(
+        connection = Connection(
             header['topic'].decode(), ros1_type(fields['type'].decode()),
             fields.get('latching') == b'1', fields.get('callerid', b'').decode(), True)
-        self._connections[_number(header['conn'])] = source
-        self.definitions[source] = definition(fields['message_definition'].decode())
+        self._connections[_number(header['conn'])] = connection
+        self.definitions[connection] = definition(fields['message_definition'].decode())
 
     def _message(self, header: dict[str, bytes], content: memoryview) -> Iterator[RecordedMessage]:
         sec, nanosec = struct.unpack('<II', header['time'])
-        source = self._connections.get(_number(header['conn']))
-        if source is None:
+        connection = self._connections.get(_number(header['conn']))
+        if connection is None:
             self._unknown_bytes += len(content)
         else:
-            yield RecordedMessage(sec * 1_000_000_000 + nanosec, source, bytes(content))
+            yield RecordedMessage(sec * 1_000_000_000 + nanosec, connection, bytes(content))
 
 
 def _fields(header: Bytes) -> dict[str, bytes]:

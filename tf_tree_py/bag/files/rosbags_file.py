@@ -19,7 +19,7 @@ import struct
 import apsw
 from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import (
-    Connection,
+    Connection as RosbagsConnection,
     ConnectionExtRosbag1,
     MessageDefinition,
     MessageDefinitionFormat,
@@ -41,8 +41,8 @@ from rosbags.typesys import (
 from tf_tree_py.core.errors import warn
 from tf_tree_py.core.stamp import format_stamp
 
-from .message_source import (
-    MessageSource,
+from .connections import (
+    Connection,
     RecordedMessage,
     Scan,
     too_large,
@@ -142,37 +142,37 @@ class RosbagsFile:
         self._reader.open()
         if isinstance(self._reader, Reader1):
             limit_chunks(self._reader)
-        # A ROS 1 node that was restarted has a second connection, of the same source.
-        self._source_of = {each.id: _source(each) for each in self._reader.connections}
-        self.counts: Counter[MessageSource] = Counter()
-        self.definitions: dict[MessageSource, MessageDefinition] = {}
+        # A ROS 1 node that was restarted has a second one, which is the same here.
+        self._connection_of = {each.id: _connection(each) for each in self._reader.connections}
+        self.counts: Counter[Connection] = Counter()
+        self.definitions: dict[Connection, MessageDefinition] = {}
         for each in self._reader.connections:
-            self.counts[self._source_of[each.id]] += each.msgcount
-            self.definitions[self._source_of[each.id]] = each.msgdef
+            self.counts[self._connection_of[each.id]] += each.msgcount
+            self.definitions[self._connection_of[each.id]] = each.msgdef
         self.span = int(self._reader.start_time), int(self._reader.end_time)
 
-    def arrivals(self, sources: Collection[MessageSource], start: int | None,
+    def arrivals(self, connections: Collection[Connection], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
-        """Yield the messages of some of its sources, in order of arrival."""
-        connections = [each for each in self._reader.connections
-                       if self._source_of[each.id] in sources]
-        if not connections:
+        """Yield the messages of some of its connections, in order of arrival."""
+        chosen = [each for each in self._reader.connections
+                  if self._connection_of[each.id] in connections]
+        if not chosen:
             return
-        source_of, given, received = self._source_of, 0, None
+        connection_of, given, received = self._connection_of, 0, None
         # The constructor of the class, without its checks: there are millions of messages.
         make = partial(tuple.__new__, RecordedMessage)
         try:
-            for connection, stamp, data in self._reader.messages(connections, start, stop):
+            for each, stamp, data in self._reader.messages(chosen, start, stop):
                 if type(data) is not bytes or type(stamp) is not int:
                     raise ValueError('a row of a message is damaged')  # SQLite gives any type
                 received = stamp
                 if data.startswith(_ZSTD):
                     data = _decompressed(data)
-                yield make((received, source_of[connection.id], data))
+                yield make((received, connection_of[each.id], data))
                 given += 1
         except UNREADABLE as error:
-            expected = sum(each.msgcount for each in connections)
-            rest = salvaged(self._scan(self._file.path), sources,
+            expected = sum(each.msgcount for each in chosen)
+            rest = salvaged(self._scan(self._file.path), connections,
                             start if received is None else received + 1, stop)
             behind: int | None = None
             for arrival in rest:
@@ -189,11 +189,11 @@ class RosbagsFile:
         self._file.close()
 
 
-def salvaged(scan: Iterable[RecordedMessage], sources: Collection[MessageSource],
+def salvaged(scan: Iterable[RecordedMessage], connections: Collection[Connection],
              start: int | None, stop: int | None) -> Iterator[RecordedMessage]:
-    """Yield the messages of some sources in a scan, in a time range; see ``Storage``."""
+    """Yield the messages of some connections in a scan, in a time range; see ``Storage``."""
     for arrival in scan:
-        if (arrival.source in sources and (start is None or arrival.received >= start)
+        if (arrival.connection in connections and (start is None or arrival.received >= start)
                 and (stop is None or arrival.received < stop)):
             yield arrival._replace(data=_decompressed(arrival.data))
 
@@ -218,31 +218,31 @@ def _decompressed(data: bytes) -> bytes:
         return data
 
 
-def first_field_of(source: MessageSource, definition: MessageDefinition) -> str:
+def first_field_of(connection: Connection, definition: MessageDefinition) -> str:
     """Return the type of a message's first field; old bags have no message definitions."""
     try:
         if definition.format is MessageDefinitionFormat.MSG:
-            types = get_types_from_msg(definition.data, source.type_name)
+            types = get_types_from_msg(definition.data, connection.type_name)
         elif definition.format is MessageDefinitionFormat.IDL:
             types = get_types_from_idl(definition.data.split('\n', 2)[-1])
         else:
             types = get_typestore(Stores.ROS2_JAZZY).fielddefs
     except TypesysError:
         return ''
-    _, fields = types.get(source.type_name, ([], []))
+    _, fields = types.get(connection.type_name, ([], []))
     if not fields:
         return ''
     node, of = fields[0][1]
     return str(of if node is Nodetype.NAME else of[0] if node is Nodetype.BASE else 'a sequence')
 
 
-def _source(connection: Connection) -> MessageSource:
-    extension = connection.ext
+def _connection(theirs: RosbagsConnection) -> Connection:
+    extension = theirs.ext
     if isinstance(extension, ConnectionExtRosbag1):
-        return MessageSource(connection.topic, connection.msgtype, bool(extension.latching),
-                             extension.callerid or '', True)
-    return ros2_source(connection.topic, connection.msgtype, extension.offered_qos_profiles,
-                       extension.serialization_format == 'ros1')
+        return Connection(theirs.topic, theirs.msgtype, bool(extension.latching),
+                          extension.callerid or '', True)
+    return ros2_connection(theirs.topic, theirs.msgtype, extension.offered_qos_profiles,
+                           extension.serialization_format == 'ros1')
 
 
 def profiles_of(text: str) -> list[Qos]:
@@ -253,8 +253,8 @@ def profiles_of(text: str) -> list[Qos]:
         return []
 
 
-def ros2_source(topic: str, type_name: str, profiles: Sequence[Qos],
-                ros1: bool = False) -> MessageSource:
+def ros2_connection(topic: str, type_name: str, profiles: Sequence[Qos],
+                    ros1: bool = False) -> Connection:
     """
     Return a topic of rosbag2.
 
@@ -262,7 +262,7 @@ def ros2_source(topic: str, type_name: str, profiles: Sequence[Qos],
     :param ros1: whether its messages are ROS 1's bytes.
     """
     durabilities = {profile.durability for profile in profiles}
-    return MessageSource(
+    return Connection(
         topic, type_name, durabilities == {QosDurability.TRANSIENT_LOCAL}, '', ros1,
         all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles),
         QosDurability.VOLATILE in durabilities)

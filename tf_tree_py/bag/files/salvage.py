@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tf_tree_py.core.stamp import FOREVER, format_stamp
 
-from .message_source import MessageSource, RecordedMessage, Scan
+from .connections import Connection, RecordedMessage, Scan
 from .plain_file import PlainFile
 from .rosbags_file import salvaged
 from .scanning import NOTHING_MISSING, OtherProfile, UNKNOWN_MISSING, WITHOUT_INDEX
@@ -32,10 +32,10 @@ class SalvagedFile:
         self._file = file
         self._scan = scan
         first = scan(file.path)
-        self.counts: Counter[MessageSource] = Counter()
+        self.counts: Counter[Connection] = Counter()
         begin, end = FOREVER, 0
         for arrival in first:
-            self.counts[arrival.source] += 1
+            self.counts[arrival.connection] += 1
             begin, end = min(begin, arrival.received), max(end, arrival.received + 1)
         self.span = begin, end
         self.definitions = first.definitions
@@ -52,10 +52,10 @@ class SalvagedFile:
             f'{file.name} {state}{reason}: {self.counts.total()} messages could be '
             f'read{received}, {lost}']
 
-    def arrivals(self, sources: Collection[MessageSource], start: int | None,
+    def arrivals(self, connections: Collection[Connection], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
-        """Yield the messages of some of its sources, in the order of the file."""
-        return salvaged(self._scan(self._file.path), sources, start, stop)
+        """Yield the messages of some of its connections, in the order of the file."""
+        return salvaged(self._scan(self._file.path), connections, start, stop)
 
     def close(self) -> None:
         """Remove the copy of the file, if there is one; no file is open."""

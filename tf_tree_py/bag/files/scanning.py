@@ -14,7 +14,7 @@ import struct
 
 from rosbags.interfaces import MessageDefinition, MessageDefinitionFormat
 
-from .message_source import MessageSource, RecordedMessage
+from .connections import Connection, RecordedMessage
 
 NOTHING_MISSING = 'and nothing is missing'
 WITHOUT_INDEX = f'{NOTHING_MISSING} except the index at its end'
@@ -126,7 +126,7 @@ class RecordScan:
         """
         self._data = mapped(path, magic, form)
         self._begin = len(magic)
-        self.definitions: dict[MessageSource, MessageDefinition] = {}
+        self.definitions: dict[Connection, MessageDefinition] = {}
         self.lost = ''
         self._lost_bytes = self._more_bytes = self._unknown_bytes = 0
         self._ended = False

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from rosbags.interfaces import MessageDefinition
 
-from .message_source import MessageSource, RecordedMessage
-from .rosbags_file import profiles_of, ros2_source
+from .connections import Connection, RecordedMessage
+from .rosbags_file import profiles_of, ros2_connection
 from .scanning import NOTHING_MISSING, UNKNOWN_MISSING
 from .sqlite_pages import Branch, Cell, Damaged, Field, fields_of, HIGHEST, Pages
 
@@ -73,13 +73,13 @@ class SqliteScan:
         """
         self._pages = Pages(path)
         tables = self._tables()
-        self._sources = self._topics(tables['topics'])
-        if not self._sources and not tables['topics'].root:
+        self._connections = self._topics(tables['topics'])
+        if not self._connections and not tables['topics'].root:
             raise ValueError('it has no topics')
         self._table = tables['messages']
         found = _Rows(self._pages, self._table.root, self._is_message)
         self._places = found.places
-        self.definitions: dict[MessageSource, MessageDefinition] = {}
+        self.definitions: dict[Connection, MessageDefinition] = {}
         self.lost = found.lost
         if self._pages.damaged_log:
             self.lost = f'{UNKNOWN_MISSING}, because {self._pages.damaged_log} is damaged'
@@ -88,7 +88,8 @@ class SqliteScan:
         """Yield every message, in the order of the row ids."""
         for place in self._places.tolist():
             row = self._table.row(self._pages, place)
-            yield RecordedMessage(row['timestamp'], self._sources[row['topic_id']], row['data'])
+            connection = self._connections[row['topic_id']]
+            yield RecordedMessage(row['timestamp'], connection, row['data'])
 
     def _tables(self) -> dict[str, _Table]:
         """Return the tables of rosbag2, as the file describes them."""
@@ -101,12 +102,12 @@ class SqliteScan:
                 tables[row['name']] = _Table(row['rootpage'], columns if known else usual)
         return tables
 
-    def _topics(self, table: _Table) -> dict[int, MessageSource]:
-        sources = {}
+    def _topics(self, table: _Table) -> dict[int, Connection]:
+        connections = {}
         for row in self._rows(table, name=Field.is_text, type=Field.is_text):
-            sources[row['id']] = ros2_source(
+            connections[row['id']] = ros2_connection(
                 row['name'], row['type'], profiles_of(row.get('offered_qos_profiles') or ''))
-        return sources
+        return connections
 
     def _rows(self, table: _Table, **types: Callable[[Field], bool]) -> Iterator[dict[str, Any]]:
         """Yield the rows of a small table; the values in some columns are of these types."""
@@ -124,7 +125,7 @@ class SqliteScan:
         return (topic is not None and topic.is_number()
                 and received is not None and received.is_number()
                 and data is not None and data.is_blob()
-                and topic.value(cell.begin, '') in self._sources)
+                and topic.value(cell.begin, '') in self._connections)
 
 
 class _Rows:

@@ -14,7 +14,7 @@ import sys
 
 from lz4.frame import LZ4FrameDecompressor
 
-from .message_source import too_large, unpacked_limit
+from .connections import too_large, unpacked_limit
 
 # With an alias, so that other files may import it from here.
 if sys.version_info >= (3, 14):
@@ -177,5 +177,5 @@ def _repeat(unpacked: bytearray, back: int, size: int) -> None:
     """
     if not 0 < back <= len(unpacked):
         raise IndexError
-    source = unpacked[-back:][:size]
-    unpacked += (source * (size // len(source) + 1))[:size]
+    repeated = unpacked[-back:][:size]
+    unpacked += (repeated * (size // len(repeated) + 1))[:size]

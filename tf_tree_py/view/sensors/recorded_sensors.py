@@ -10,8 +10,8 @@ import threading
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.bag import Bag, MessageSource
-from tf_tree_py.bag.files.message_source import decode
+from tf_tree_py.bag import Bag, Connection
+from tf_tree_py.bag.files.connections import decode
 from tf_tree_py.bag.files.ros1_bytes import cursor_of
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.times import Stamps
@@ -28,7 +28,7 @@ class _Topic(NamedTuple):
     """The messages of one topic, sorted by the stamps of their headers."""
 
     stamps: Stamps
-    messages: list[tuple[MessageSource, bytes]]
+    messages: list[tuple[Connection, bytes]]
 
 
 class RecordedSensors(SensorSource):
@@ -50,8 +50,8 @@ class RecordedSensors(SensorSource):
         self._lock = threading.Lock()
         self._read: dict[str, _Topic] = {}
         with Bag(path, []) as bag:
-            self._types = {source.topic: source.type_name for source in bag.everything
-                           if is_known(source.type_name)}
+            self._types = {connection.topic: connection.type_name for connection in bag.everything
+                           if is_known(connection.type_name)}
             text = _description_in(bag) if described is not None else None
         if text is not None and described is not None:
             described(text)
@@ -83,54 +83,54 @@ class RecordedSensors(SensorSource):
 def _description_in(bag: Bag) -> str | None:
     """Return the last robot description in a bag."""
     text = None
-    for source in bag.everything:
-        if source.topic.endswith('/robot_description') and source.type_name.endswith('String'):
-            for message in bag.messages(source.topic):
-                text = _text_of(source, message.data) or text
+    for each in bag.everything:
+        if each.topic.endswith('/robot_description') and each.type_name.endswith('String'):
+            for message in bag.messages(each.topic):
+                text = _text_of(each, message.data) or text
     return text
 
 
-def _text_of(source: MessageSource, data: bytes) -> str:
+def _text_of(connection: Connection, data: bytes) -> str:
     """Return the text of a std_msgs/String; empty if the bytes are damaged."""
     try:
-        return str(decode(source, data).data)
+        return str(decode(connection, data).data)
     except WireError:
         return ''
 
 
 def _read(path: Path, topic: str) -> _Topic:
-    found: list[tuple[int, MessageSource, bytes]] = []
+    found: list[tuple[int, Connection, bytes]] = []
     size, stride, number = 0, 1, 0
     with Bag(path, []) as bag:
         for message in bag.messages(topic):
             number += 1
             if number % stride:
                 continue
-            stamp = _stamp_of(message.source, message.data)
+            stamp = _stamp_of(message.connection, message.data)
             if stamp is None:
                 continue
-            found.append((stamp, message.source, message.data))
+            found.append((stamp, message.connection, message.data))
             size += len(message.data)
             if size > _MOST_BYTES:
                 found, stride, size = found[::2], stride * 2, size // 2
     found.sort(key=lambda each: each[0])
     return _Topic(np.array([stamp for stamp, _, _ in found], np.int64),
-                  [(source, data) for _, source, data in found])
+                  [(connection, data) for _, connection, data in found])
 
 
-def _stamp_of(source: MessageSource, data: bytes) -> int | None:
+def _stamp_of(connection: Connection, data: bytes) -> int | None:
     """Return the stamp of the header at the beginning of a message; None if there is none."""
     try:
-        return cursor_of(data, source.ros1).take_stamp()
+        return cursor_of(data, connection.ros1).take_stamp()
     except WireError:
         return None
 
 
 @lru_cache(maxsize=512)
-def decoded(source: MessageSource, data: bytes) -> Reading | None:
+def decoded(connection: Connection, data: bytes) -> Reading | None:
     """Return what a message shows; None: messages of its type cannot be shown."""
     try:
-        message = decode(source, data)
+        message = decode(connection, data)
     except WireError as error:
-        return Reading('', _stamp_of(source, data) or 0, np.empty((0, 3)), problem=str(error))
-    return reading_of(source.type_name, message)
+        return Reading('', _stamp_of(connection, data) or 0, np.empty((0, 3)), problem=str(error))
+    return reading_of(connection.type_name, message)

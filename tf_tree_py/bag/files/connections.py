@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The sources of recorded messages: a topic, or one publisher of it if the bag names them.
+The connections of a bag: a topic, or one publisher of it if the bag names them.
 
 Messages of any type that rosbags or the list below defines are deserialized here. The unpacked
 size of a compressed part has a limit: kilobytes can hold gigabytes of zeros.
@@ -24,7 +24,7 @@ _TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
 _ODOMETRY = ('nav_msgs', 'Odometry')
 
 
-class MessageSource(NamedTuple):
+class Connection(NamedTuple):
     """
     One topic of a bag; in a ROS 1 bag one publisher's messages on it.
 
@@ -78,11 +78,11 @@ class RecordedMessage(NamedTuple):
 
     :ivar received: the time of receiving, nanoseconds of the recorder's clock, which may differ
         from that of the stamps in the message.
-    :ivar data: its bytes; see ``MessageSource.ros1``.
+    :ivar data: its bytes; see ``Connection.ros1``.
     """
 
     received: int
-    source: MessageSource
+    connection: Connection
     data: bytes
 
 
@@ -92,21 +92,21 @@ class Storage(Protocol):
 
     :ivar span: when its first message was received, and one nanosecond after the last.
     :ivar damage: the faults of the file, one sentence each; complete after all was read.
-    :ivar definitions: of the messages of each source, where the file has them.
+    :ivar definitions: of the messages of each connection, where the file has them.
     """
 
     span: tuple[int, int]
     damage: list[str]
-    definitions: 'dict[MessageSource, MessageDefinition]'
+    definitions: 'dict[Connection, MessageDefinition]'
 
     @property
-    def counts(self) -> Mapping[MessageSource, int]:
-        """Return all recorded sources, of any type, and the number of messages of each."""
+    def counts(self) -> Mapping[Connection, int]:
+        """Return all recorded connections, of any type, and the number of messages of each."""
 
-    def arrivals(self, sources: Collection[MessageSource], start: int | None,
+    def arrivals(self, connections: Collection[Connection], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
         """
-        Yield the messages of some of its sources, in order of arrival.
+        Yield the messages of some of its connections, in order of arrival.
 
         :param start: the time of receiving of the first, nanoseconds; None: from the beginning.
         :param stop: the end of the time of receiving, exclusive; None: to the end.
@@ -120,11 +120,11 @@ class Scan(Protocol):
     """
     Reads one file, record by record.
 
-    :ivar definitions: of the messages of each source, once it was found.
+    :ivar definitions: of the messages of each connection, once it was found.
     :ivar lost: how much could not be read, in words; complete after the last message.
     """
 
-    definitions: 'dict[MessageSource, MessageDefinition]'
+    definitions: 'dict[Connection, MessageDefinition]'
     lost: str
 
     def __iter__(self) -> Iterator[RecordedMessage]:
@@ -157,15 +157,15 @@ _DEFINITIONS = {
 }
 
 
-def decode(source: MessageSource, data: bytes) -> Any:
+def decode(connection: Connection, data: bytes) -> Any:
     """
     Return a message as an object with its fields.
 
     :raises WireError: the type is unknown, or the bytes are damaged.
     """
-    package, *_, name = source.type_name.split('/')
-    store = typestore(source.ros1)
-    read = store.deserialize_ros1 if source.ros1 else store.deserialize_cdr
+    package, *_, name = connection.type_name.split('/')
+    store = typestore(connection.ros1)
+    read = store.deserialize_ros1 if connection.ros1 else store.deserialize_cdr
     try:
         return read(data, f'{package}/msg/{name}')
     except Exception as error:  # noqa: B902 - rosbags raises many kinds
