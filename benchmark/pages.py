@@ -32,7 +32,7 @@ from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.view.sensors.readings import Reading
-from tf_tree_py.view.sensors.sensor_source import NoSensors
+from tf_tree_py.view.sensors.sensors import Sensors
 from tf_tree_py.view.serving import RATE_HZ, Serving
 from tf_tree_py.view.subject import Subject
 import viser
@@ -106,7 +106,7 @@ class Robot:
         self._thread.join()
 
 
-class Scan(NoSensors):
+class Scan(Sensors):
     """A laser that turns with a frame, 10 times a second."""
 
     _PERIOD = 100_000_000

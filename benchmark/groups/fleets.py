@@ -33,7 +33,7 @@ _FLEETS = (1, 10, 100)
 _RATE_HZ = 10.0
 
 # The rate of a robot that alternately drives and rests.
-_SOURCE_HZ = 50
+_SENT_HZ = 50
 _SECONDS = 20
 # Metres and radians.
 _THRESHOLDS = (0.0, 0.001, 0.01, 0.05)
@@ -122,17 +122,17 @@ def _lag(robots: Worker, subscriber: Worker, count: int, effort: Effort) -> Row:
 
 def link(_: Contestants, __: Effort) -> Iterator[Row]:
     """Count the bytes of one robot, and measure the error of interpolating them."""
-    came = [_stop_and_go(tick) for tick in range(_SECONDS * _SOURCE_HZ)]
+    came = [_stop_and_go(tick) for tick in range(_SECONDS * _SENT_HZ)]
     plain = sum(len(write(samples)) for samples in came) / _SECONDS
     sent, off = {'plain messages': [plain]}, {}
     for rate_hz in (0.0, _RATE_HZ):
         for threshold in _THRESHOLDS:
-            name = f'{rate_hz or _SOURCE_HZ:g} Hz, {1000 * threshold:g} mm'
+            name = f'{rate_hz or _SENT_HZ:g} Hz, {1000 * threshold:g} mm'
             went = _thinned(came, Thinner(
                 rate_hz=rate_hz, min_move=threshold, min_turn=threshold))
             sent[name] = [_bytes_over_zenoh(went) / _SECONDS]
             off[name] = [_worst_mm(came, went)]
-    row = Row('fleet_link', f'{MOVING} of 40 frames at {_SOURCE_HZ} Hz, half of the time at rest',
+    row = Row('fleet_link', f'{MOVING} of 40 frames at {_SENT_HZ} Hz, half of the time at rest',
               'bytes a second', sent)
     for name in off:
         row.compare(name, 'plain messages', name=f'bytes over Zenoh: {name}')
@@ -142,7 +142,7 @@ def link(_: Contestants, __: Effort) -> Iterator[Row]:
 
 def _stop_and_go(tick: int) -> list[Sample]:
     """Return the samples of a robot: a second of motion back and forth, then a second at rest."""
-    stamp = START + tick * 1_000_000_000 // _SOURCE_HZ
+    stamp = START + tick * 1_000_000_000 // _SENT_HZ
     moves = max(0.0, math.sin(math.pi * stamp * 1e-9)) ** 2
     noise = np.random.default_rng(tick).normal(scale=1e-4, size=(MOVING, 6)).tolist()
     edges = [(sample.parent, sample.child) for sample in robot(0).moving(0)]

@@ -84,7 +84,7 @@ def test_fixes_of_a_live_tree_are_those_of_the_catalogue(tmp_path):
     for code in ('delayed', 'clock_offset', 'static_late', 'skew'):
         doctor = Doctor()
         arguments = Namespace(bag=written(code, tmp_path), tf_topic=None, tf_static_topic=None)
-        with RecordedTree(arguments, [doctor], doctor.limits.cache_time) as source:
-            source.watch(None)
+        with RecordedTree(arguments, [doctor], doctor.limits.cache_time) as tree_input:
+            tree_input.watch(None)
         assert {finding.fix for finding in doctor.findings() if finding.code == code} == {
             CODES[code].fix}

@@ -67,11 +67,11 @@ class HeldLink:
                 self._start(self._forward, near, far, self.up)
                 self._start(self._forward, far, near, self.down)
 
-    def _forward(self, source, target, flows):
+    def _forward(self, from_end, target, flows):
         with suppress(OSError):
-            while data := source.recv(65_536):
+            while data := from_end.recv(65_536):
                 flows.wait()
                 target.sendall(data)
-        for end in (source, target):
+        for end in (from_end, target):
             with suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)

@@ -283,11 +283,11 @@ def test_program_ends_normally_while_a_thread_sends(router):
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, '', '')
 
 
-@pytest.mark.parametrize(('source', 'before'), [
+@pytest.mark.parametrize(('program', 'before'), [
     (ENDS_IN_A_CALL, 'ends\n'), (FORKS_IN_A_CALL, 'the child has ended\n')],
     ids=['ends', 'forks'])
-def test_end_of_a_program_waits_for_calls_in_its_own_threads(source, before):
-    with subprocess.Popen([sys.executable, '-W', 'ignore', '-c', source], stdin=subprocess.PIPE,
+def test_end_of_a_program_waits_for_calls_in_its_own_threads(program, before):
+    with subprocess.Popen([sys.executable, '-W', 'ignore', '-c', program], stdin=subprocess.PIPE,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
         assert select.select([program.stdout], [], [], PATIENCE_S)[0]
         assert program.stdout.readline() == before

@@ -147,12 +147,12 @@ def test_gap_of_which_nothing_is_kept_ends_with_the_first_answer():
 
 def test_gap_of_billions_costs_no_more_than_what_is_kept():
     found = []
-    roster, source = Roster(True, RobotQuota()), ('1234', 7)
+    roster, sender = Roster(True, RobotQuota()), ('1234', 7)
     roster.admit('robot7')
-    roster.number('robot7', source, 0, True)
-    missing = roster.number('robot7', source, 2**32 - 1, True)
-    roster.miss(source, len(missing))
-    gap = Gap('robot7', 'robot7/tf', source, missing, lambda *one: found.append(one))
+    roster.number('robot7', sender, 0, True)
+    missing = roster.number('robot7', sender, 2**32 - 1, True)
+    roster.miss(sender, len(missing))
+    gap = Gap('robot7', 'robot7/tf', sender, missing, lambda *one: found.append(one))
     filled(gap, 2**32 - 3, 2**32 - 2, 2**32 - 1)
     assert gap.ended and len(found) == 2
     # The numbers of rmw_zenoh have 64 bits.
@@ -162,35 +162,35 @@ def test_gap_of_billions_costs_no_more_than_what_is_kept():
 
 
 def test_messages_that_exceed_a_quota_are_not_requested_again():
-    roster, source = Roster(True, RobotQuota(messages_per_s=0.2)), ('1234', 7)
+    roster, sender = Roster(True, RobotQuota(messages_per_s=0.2)), ('1234', 7)
     roster.admit('robot7')
     assert not any(roster.refusal('robot7', 1) for _ in range(2))
-    assert list(roster.number('robot7', source, 3, True)) == []
-    assert list(roster.number('robot7', source, 6, True)) == [4, 5]
+    assert list(roster.number('robot7', sender, 3, True)) == []
+    assert list(roster.number('robot7', sender, 6, True)) == [4, 5]
     assert roster.refusal('robot7', 1)
-    assert list(roster.number('robot7', source, 9, True)) == []
-    assert list(roster.number('robot7', source, 11, True)) == [10]
+    assert list(roster.number('robot7', sender, 9, True)) == []
+    assert list(roster.number('robot7', sender, 11, True)) == [10]
     assert robot_of(roster, 'robot7').lost == 0, 'Zenoh reports these'
 
 
 def test_a_message_that_is_found_is_no_longer_lost():
-    roster, source = Roster(True, RobotQuota()), ('1234', 7)
+    roster, sender = Roster(True, RobotQuota()), ('1234', 7)
     roster.admit('robot7')
-    roster.number('robot7', source, 3, True)
-    roster.miss(source, 2)
+    roster.number('robot7', sender, 3, True)
+    roster.miss(sender, 2)
     for lost in (1, 0, 0):
         roster.find('robot7')
         assert robot_of(roster, 'robot7').lost == lost
-    roster.miss(source, 1)
+    roster.miss(sender, 1)
     assert robot_of(roster, 'robot7').lost == 0, 'it was found before it was reported'
-    roster.miss(source, 1)
+    roster.miss(sender, 1)
     assert robot_of(roster, 'robot7').lost == 1
 
 
 def test_numbers_start_anywhere_and_only_grow():
     counts = RobotCounts(0, RobotQuota())
-    source = ('1234', 7)
-    assert [list(counts.number(source, number)) for number in (7, 8, 5, 8, 10, 9, 11)] == [
+    sender = ('1234', 7)
+    assert [list(counts.number(sender, number)) for number in (7, 8, 5, 8, 10, 9, 11)] == [
         [], [], [], [], [9], [], []]
 
 

@@ -20,7 +20,7 @@ def serialized(sending):
     """Return the attachment that rmw_zenoh adds to a message."""
     fields = (('sequence_number', ext.Int64(sending.number)),
               ('source_timestamp', ext.Int64(sending.sent)),
-              ('source_gid', bytes.fromhex(sending.source[0])))
+              ('source_gid', bytes.fromhex(sending.sender[0])))
     return b''.join(ext.z_serialize(part).to_bytes() for field in fields for part in field)
 
 

@@ -16,7 +16,7 @@ from rclpy.clock_type import ClockType
 from rclpy.time_source import TimeSource
 from ros_helpers import at, lasting, LATEST, PATIENCE_S, simulated_clock, transform, until
 from tf_tree_py import Buffer, TransformException
-from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
+from tf_tree_py.ros.waiting.clock import ClockWatch, RosClock
 from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
 SECOND = 1_000_000_000
@@ -41,7 +41,7 @@ def watch(jumps):
 def clock(watch):
     """Return a simulated clock at 10 s, which the watch uses."""
     clock = simulated_clock(10.0)
-    watch.use_clock(ClockSource(clock))
+    watch.use_clock(RosClock(clock))
     return clock
 
 
@@ -65,7 +65,7 @@ def until_asleep(watch, count=1):
     Clock(clock_type=ClockType.STEADY_TIME)])
 def test_time_that_is_not_simulated_is_the_walls(watch, fall_asleep, clock):
     if clock is not None:
-        watch.use_clock(ClockSource(clock))
+        watch.use_clock(RosClock(clock))
     assert watch.simulated_now() is None
     deadline = ClockDeadline(watch, SECOND // 50, None)
     assert deadline.wait(threading.Event()) is False
@@ -103,7 +103,7 @@ def test_tick_wakes_everybody_whose_time_is_up(watch, switching_often):
             event.clear()
 
     clock = simulated_clock(0.5)
-    watch.use_clock(ClockSource(clock))
+    watch.use_clock(RosClock(clock))
     with ThreadPoolExecutor(40) as threads:
         try:
             for turn in range(10):
@@ -146,7 +146,7 @@ def test_limit_of_a_step_back_can_be_chosen(limit, expected):
     jumps = []
     watch = ClockWatch(lambda jump: jumps.append(jump.delta.nanoseconds), limit)
     clock = simulated_clock(10.0)
-    watch.use_clock(ClockSource(clock))
+    watch.use_clock(RosClock(clock))
     show(clock, 9.999999999)
     show(clock, 8.999999999)
     assert jumps == expected
@@ -155,18 +155,18 @@ def test_limit_of_a_step_back_can_be_chosen(limit, expected):
 def test_newest_clock_counts_and_the_one_before_when_it_leaves(watch, jumps):
     first, second = simulated_clock(10.0), simulated_clock(20.0)
     for clock in (first, second, second):
-        watch.use_clock(ClockSource(clock))
+        watch.use_clock(RosClock(clock))
     # Who lends a clock twice has to take it back twice.
-    watch.leave(ClockSource(second))
+    watch.leave(RosClock(second))
     assert watch.simulated_now() == 20 * SECOND
     show(first, 3.0)
     assert jumps == []
-    watch.leave(ClockSource(second))
+    watch.leave(RosClock(second))
     assert watch.simulated_now() == 3 * SECOND
     show(second, 1.0)
     show(first, 0.5)
     assert jumps == [-5 * SECOND // 2]
-    watch.leave(ClockSource(first))
+    watch.leave(RosClock(first))
     assert watch.simulated_now() is None
     show(first, 0.1)
     assert len(jumps) == 1
@@ -178,8 +178,8 @@ def test_tick_of_a_clock_that_another_thread_has_just_replaced_is_no_jump_back(
     with monkeypatch.context() as patched:
         patched.setattr(ROSClock, 'create_jump_callback', lambda *clock, **callbacks: (
             ticks.append(callbacks['post_callback']), register(*clock, **callbacks))[1])
-        watch.use_clock(ClockSource(first))
-    watch.use_clock(ClockSource(simulated_clock(0.0)))
+        watch.use_clock(RosClock(first))
+    watch.use_clock(RosClock(simulated_clock(0.0)))
     show(first, 10.0)
     ticks[0](TimeJump(ClockChange.ROS_TIME_NO_CHANGE, lasting(-90.0)))
     assert jumps == []
@@ -207,17 +207,17 @@ class LeftMeanwhile(ClockWatch):
     (lambda watch: watch.clock.now().nanoseconds, 10 * SECOND)])
 def test_clock_that_leaves_while_it_is_read_is_no_error(ask, expected):
     watch = LeftMeanwhile(lambda jump: None)
-    watch.use_clock(ClockSource(simulated_clock(10.0)))
+    watch.use_clock(RosClock(simulated_clock(10.0)))
     watch.leaves = True
     assert ask(watch) == expected
 
 
 def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep):
     second = simulated_clock(10.0)
-    watch.use_clock(ClockSource(second))
+    watch.use_clock(RosClock(second))
     deadline, hopeless = (ClockDeadline(watch, seconds * SECOND, None) for seconds in (1, 9))
     waiting = fall_asleep(deadline)
-    watch.leave(ClockSource(second))
+    watch.leave(RosClock(second))
     assert not waiting.done()
     show(second, 11.0)
     assert not waiting.done()
@@ -225,14 +225,14 @@ def test_sleeper_goes_by_another_clock_when_his_leaves(watch, clock, fall_asleep
     assert waiting.result(PATIENCE_S) is True
     assert deadline.wait(threading.Event()) is False
     waiting = fall_asleep(hopeless)
-    watch.leave(ClockSource(clock))
+    watch.leave(RosClock(clock))
     assert waiting.result(PATIENCE_S) is True
     assert hopeless.wait(threading.Event()) is False, 'no clock is left'
     assert hopeless.elapsed_s() < PATIENCE_S
 
 
 def test_clock_whose_context_has_ended_counts_no_more(watch, context):
-    watch.use_clock(ClockSource(simulated_clock(10.0), context))
+    watch.use_clock(RosClock(simulated_clock(10.0), context))
     assert watch.simulated_now() == 10 * SECOND
     deadline = ClockDeadline(watch, SECOND, None)
     context.shutdown()
@@ -247,7 +247,7 @@ def test_clock_may_outlive_who_uses_it(make, capsys):
     """Its C code keeps a bare pointer to the jump handle, so without unregistering it crashes."""
     clock = simulated_clock(10.0)
     user = make()
-    user.use_clock(ClockSource(clock) if isinstance(user, ClockWatch) else clock)
+    user.use_clock(RosClock(clock) if isinstance(user, ClockWatch) else clock)
     gone = weakref.ref(user)
     del user
     gc.collect()

@@ -102,10 +102,10 @@ def test_message_has_the_sign_of_tf2_and_arrives_as_it_is(stamp, place):
 def test_message_becomes_a_sample_and_a_pose_and_back():
     message = convert.transform_stamped('map', 'base', 3 * SECOND + 5, POSE)
     assert convert.as_sample(message) == Sample('map', 'base', 3 * SECOND + 5, POSE)
-    for source in (message, message.transform, convert.transform_message(Pose(*POSE)),
-                   convert.transform_message(np.array(POSE))):
-        assert convert.as_pose(source) == POSE
-        assert isinstance(convert.as_pose(source), Pose)
+    for form in (message, message.transform, convert.transform_message(Pose(*POSE)),
+                 convert.transform_message(np.array(POSE))):
+        assert convert.as_pose(form) == POSE
+        assert isinstance(convert.as_pose(form), Pose)
 
     message.transform.translation.x, message.transform.rotation.w = 2, 1
     pose = convert.as_sample(message).pose

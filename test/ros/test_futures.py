@@ -32,7 +32,7 @@ from ros_helpers import (
 )
 import tf_tree_py as tf
 from tf_tree_py.ros.waiting.alarm_clock import Alarms
-from tf_tree_py.ros.waiting.clock import ClockSource, ClockWatch
+from tf_tree_py.ros.waiting.clock import ClockWatch, RosClock
 from tf_tree_py.ros.waiting.deadlines import ClockDeadline
 
 EXECUTORS = pytest.mark.parametrize('of_type', [SingleThreadedExecutor, MultiThreadedExecutor])
@@ -231,7 +231,7 @@ def test_end_that_is_reached_before_the_alarm_is_set_is_not_missed():
     """The clock has been set back by then."""
     clock, rang = simulated_clock(), threading.Event()
     watch = ClockWatch(lambda jump: None)
-    watch.use_clock(ClockSource(clock))
+    watch.use_clock(RosClock(clock))
 
     def show(nanoseconds):
         clock.set_ros_time_override(Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME))

@@ -22,7 +22,7 @@ import numpy as np  # noqa: E402
 from robot_model import BEGIN, Edge, Robot, SECOND  # noqa: E402
 from tf_tree_py.core.messages.observers import Observer  # noqa: E402
 from tf_tree_py.health.measures.thresholds import Thresholds  # noqa: E402
-from tf_tree_py.tools.tree_source import open_source  # noqa: E402
+from tf_tree_py.tools.tree_input import open_input  # noqa: E402
 
 DAY = 86_400 * SECOND
 
@@ -69,8 +69,8 @@ def samples_of(bag):
     kept = Kept()
     arguments = Namespace(bag=Path(bag), tf_topic=None, tf_static_topic=None, ros_arguments=[],
                           fleet=None, fleet_config=None)
-    with open_source(arguments, 'faults', [kept], cache_time=Thresholds().cache_time) as source:
-        source.watch(None)
+    with open_input(arguments, 'faults', [kept], cache_time=Thresholds().cache_time) as tree_input:
+        tree_input.watch(None)
     return kept.samples
 
 

@@ -14,23 +14,23 @@ from tf_tree_py.health.checks.graph import GRAPH_CODES
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures import sample_rows
 from tf_tree_py.health.measures.thresholds import Thresholds
-from tf_tree_py.tools.tree_source import open_source
+from tf_tree_py.tools.tree_input import open_input
 
 
 def opened(messages, folder, observers, write=write_ros2):
-    """Write these messages to a bag, and return it as a source of a tree."""
+    """Write these messages to a bag, and return it as the input of a tool."""
     bag = write(folder, sorted(messages, key=lambda message: message.received))
     arguments = Namespace(bag=bag, tf_topic=None, tf_static_topic=None, ros_arguments=[],
                           fleet=None, fleet_config=None)
-    return open_source(arguments, 'test', observers, cache_time=Thresholds().cache_time)
+    return open_input(arguments, 'test', observers, cache_time=Thresholds().cache_time)
 
 
 def findings_of(messages, folder, seconds=None):
     """Return a doctor's findings in a bag of these messages, or in its first seconds."""
     doctor = Doctor()
-    with opened(messages, folder, [doctor]) as source:
-        source.watch(seconds)
-        doctor.endpoints = source.endpoints()
+    with opened(messages, folder, [doctor]) as tree_input:
+        tree_input.watch(seconds)
+        doctor.endpoints = tree_input.endpoints()
         return doctor.findings()
 
 
@@ -50,10 +50,10 @@ def test_time_of_a_recording_is_that_of_its_clock(write, tmp_path):
     if write is write_ros1:  # it has no encapsulation, and a Time no seq, unlike a header
         messages = [message._replace(data=message.data[4:]) if message.topic == '/clock'
                     else message for message in messages]
-    with opened(messages, tmp_path / 'run.bag', [], write) as source:
-        source.watch(None)
+    with opened(messages, tmp_path / 'run.bag', [], write) as tree_input:
+        tree_input.watch(None)
         newest = max(stamp for message in messages for *_, stamp, _ in message.transforms)
-        assert newest <= source.now() < newest + SECOND
+        assert newest <= tree_input.now() < newest + SECOND
 
 
 @pytest.mark.parametrize('code', FAULTY)

@@ -77,8 +77,8 @@ def robot(context):
 def live(doctor, *ros_arguments):
     arguments = Namespace(tf_topic=None, tf_static_topic=None,
                           ros_arguments=['--ros-args', *ros_arguments] if ros_arguments else [])
-    with live_tree.LiveTree(arguments, 'watching', [doctor]) as source:
-        yield source
+    with live_tree.LiveTree(arguments, 'watching', [doctor]) as tree_input:
+        yield tree_input
 
 
 @contextmanager
@@ -95,8 +95,8 @@ def answers(program):
             if line.startswith('{') and line.endswith('}')]
 
 
-def codes(source, doctor):
-    return {one.code for one in judged(source, doctor)[1]}
+def codes(tree_input, doctor):
+    return {one.code for one in judged(tree_input, doctor)[1]}
 
 
 # --- another topic
@@ -128,23 +128,23 @@ def test_doctor_names_the_other_topic_only_where_something_is_missing(robot):
     """Also where only static edges arrive: all that moves may be there."""
     robot.sender(robot.node('wheel_odometry', '/robot1'), 'tf', 'odom', 'base_link')
     doctor = Doctor()
-    with live(doctor) as source:
+    with live(doctor) as tree_input:
         until(lambda: any(one.node == '/robot1/wheel_odometry'
-                          for one in source.graph().elsewhere))
+                          for one in tree_input.graph().elsewhere))
         with pytest.raises(Cannot, match=r'also published on /robot1/tf by /robot1/wheel'):
-            judged(source, doctor)
+            judged(tree_input, doctor)
         mounts = robot.node('mounts')
         robot.sender(mounts, '/tf_static', 'base_link', 'lidar', static=True)()
         until(lambda: doctor.transforms == 1)
-        assert codes(source, doctor) == {'other_topic'}
+        assert codes(tree_input, doctor) == {'other_topic'}
         lift = robot.sender(robot.node('lift'), '/tf', 'base_link', 'lift')
         until(lambda: lift(1.0) or doctor.transforms > 1)
-        assert 'other_topic' not in codes(source, doctor)
+        assert 'other_topic' not in codes(tree_input, doctor)
         robot.sender(robot.node('dock'), '/tf_static', 'map', 'dock', static=True)()
         separate = {'unconnected', 'other_topic'}
-        until(lambda: separate <= codes(source, doctor))
+        until(lambda: separate <= codes(tree_input, doctor))
         robot.sender(robot.node('maps'), '/tf_static', 'map', 'base_link', static=True)()
-        until(lambda: not separate & codes(source, doctor))
+        until(lambda: not separate & codes(tree_input, doctor))
 
 
 def test_frames_names_the_other_topic_below_the_separate_trees(robot):
@@ -166,16 +166,17 @@ def test_silence_is_explained_by_what_the_graph_shows(robot, monkeypatch):
     from tf2_msgs.msg import TFMessage
     monkeypatch.setattr(live_tree, 'SETTLED_S', PATIENCE_S)
     doctor = Doctor()
-    with live(doctor) as source:
-        assert 'does any node publish there with the same ROS_DOMAIN_ID, which is' in source.hint
+    with live(doctor) as tree_input:
+        hint = tree_input.hint
+        assert 'does any node publish there with the same ROS_DOMAIN_ID, which is' in hint
         monkeypatch.setattr(live_tree, 'SETTLED_S', 0.0)
-        assert source.hint.startswith('no node publishes tf2_msgs/msg/TFMessage on any topic.')
+        assert tree_input.hint.startswith('no node publishes tf2_msgs/msg/TFMessage on any topic.')
         robot.sender(robot.node('wheels'), '/tf', 'odom', 'base_link')
-        until(lambda: source.hint == '/wheels publishes there, but nothing has arrived')
+        until(lambda: tree_input.hint == '/wheels publishes there, but nothing has arrived')
         best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
         robot.node('driver').create_publisher(TFMessage, '/tf', best_effort)
         until(lambda: '/driver, /wheels publish there, but nothing has arrived. /driver publishes '
-              '/tf as best effort' in source.hint)
+              '/tf as best effort' in tree_input.hint)
 
 
 # --- simulated time
@@ -184,33 +185,33 @@ def test_doctor_names_the_nodes_that_lack_a_clock(robot, monkeypatch):
     monkeypatch.setattr(live_tree, 'SETTLED_S', PATIENCE_S)
     robot.node('planner', simulated=True)
     doctor = Doctor()
-    with live(doctor) as source:
-        until(lambda: [*source.graph().clock_users] == ['/planner'])
+    with live(doctor) as tree_input:
+        until(lambda: [*tree_input.graph().clock_users] == ['/planner'])
         robot.sender(robot.node('mounts'), '/tf_static', 'base_link', 'lidar', static=True)()
         until(lambda: doctor.transforms)
-        assert codes(source, doctor) == set(), 'a publisher may still appear'
+        assert codes(tree_input, doctor) == set(), 'a publisher may still appear'
         monkeypatch.setattr(live_tree, 'SETTLED_S', 0.0)
-        finding, = judged(source, doctor)[1]
+        finding, = judged(tree_input, doctor)[1]
         assert (finding.code, finding.severity.value) == ('no_clock', 'warning')
         assert finding.publishers == ('/planner',)
         robot.clock('gazebo')
-        until(lambda: source.graph().clocks)
-        assert codes(source, doctor) == set()
+        until(lambda: tree_input.graph().clocks)
+        assert codes(tree_input, doctor) == set()
         robot.clock('ros2_bag_player')
-        until(lambda: {*source.graph().clocks} == {'/gazebo', '/ros2_bag_player'})
-        finding, = judged(source, doctor)[1]
+        until(lambda: {*tree_input.graph().clocks} == {'/gazebo', '/ros2_bag_player'})
+        finding, = judged(tree_input, doctor)[1]
         assert finding.summary == '/clock has 2 publishers: /gazebo, /ros2_bag_player'
 
 
 def test_own_simulated_time_without_a_clock_is_an_error_also_without_transforms(monkeypatch):
     monkeypatch.setattr(live_tree, 'SETTLED_S', 0.0)
     doctor = Doctor()
-    with live(doctor, '-p', 'use_sim_time:=true') as source:
-        report, (finding,) = judged(source, doctor)
+    with live(doctor, '-p', 'use_sim_time:=true') as tree_input:
+        report, (finding,) = judged(tree_input, doctor)
         assert (finding.code, report['errors'], report['transforms']) == ('no_clock', 1, 0)
         assert finding.summary == 'this node uses simulated time, and nothing publishes /clock'
-        assert 'this node uses simulated time' not in source.hint.lower().partition('. ')[0]
-        assert 'This node uses simulated time, and nothing publishes /clock' in source.hint
+        assert 'this node uses simulated time' not in tree_input.hint.lower().partition('. ')[0]
+        assert 'This node uses simulated time, and nothing publishes /clock' in tree_input.hint
 
 
 def test_echo_names_the_missing_clock_where_no_data_comes(robot):

@@ -71,11 +71,11 @@ def _of_view(bag):
     arguments = Namespace(bag=bag, tf_topic=None, tf_static_topic=None)
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
-        with RecordedTree(arguments, [doctor], doctor.limits.cache_time) as source:
-            source.watch(None)
-            edges = source.buffer.edges()
+        with RecordedTree(arguments, [doctor], doctor.limits.cache_time) as tree_input:
+            tree_input.watch(None)
+            edges = tree_input.buffer.edges()
             root = biggest_root(edges)
-            moment = live_moment(source.buffer, root, source.now(), doctor.left_behind)
+            moment = live_moment(tree_input.buffer, root, tree_input.now(), doctor.left_behind)
     if reached(root, links_of(edges)) - {*moment.frames}:
         return 'not drawn'
     return 'grey' if moment.stale.any() else 'its findings'

@@ -187,9 +187,9 @@ def test_compressed_image_becomes_rgb_pixels_of_the_size_that_a_page_needs():
 def test_message_that_cannot_be_shown_says_why(tree, type_name, message, problem):
     reading = reading_of(f'sensor_msgs/msg/{type_name}', message)
     assert problem in reading.problem and not len(reading.points)
-    source = Message(reading=lambda topic, stamp: reading)
-    view = SensorView(source, Message(wanted=lambda: ['/camera'], at_newest=False,
-                                      show_image=lambda pixels: None))
+    sensors = Message(reading=lambda topic, stamp: reading)
+    view = SensorView(sensors, Message(wanted=lambda: ['/camera'], at_newest=False,
+                                       show_image=lambda pixels: None))
     assert view.seen(tree, moment_at(tree, 'map', 2 * SECOND)) == {}
     assert view.missing == [f'/camera: {reading.problem}']
 

@@ -21,7 +21,7 @@ from tf_tree_py.limited_log import LimitedLog
 
 from .keys import Topic
 from .requests import Gap, Request
-from .roster import Roster, Source
+from .roster import Roster, Sender
 from .session import needs_zenoh
 from .transform_decoder import FleetMessage, Inbox
 
@@ -38,13 +38,13 @@ class Sending(NamedTuple):
     How a sample was sent.
 
     :ivar sent: nanoseconds since 1970 by the sender's clock; None: unknown.
-    :ivar source: the publisher; None: unknown.
+    :ivar sender: the publisher; None: unknown.
     :ivar number: one more than that of the publisher's previous message.
     :ivar by_zenoh: whether it is Zenoh that numbers the messages, and keeps them.
     """
 
     sent: int | None
-    source: Source | None = None
+    sender: Sender | None = None
     number: int = 0
     by_zenoh: bool = False
 
@@ -126,8 +126,8 @@ class Reception:
         sending = _sending(sample)
         if found:
             self._roster.find(topic.robot)
-        elif sending.source is not None:
-            self._number(key, topic, sending.source, sending)
+        elif sending.sender is not None:
+            self._number(key, topic, sending.sender, sending)
         late = found or sending.sent is not None and self._roster.is_late(
             topic.robot, sending.sent)
         message = FleetMessage(key, topic.static, sample.payload.to_bytes(),
@@ -135,12 +135,12 @@ class Reception:
         for dropped in self._inbox.put(topic.robot, message, size):
             self._drop(dropped, _WAITS)
 
-    def _number(self, key: str, topic: Topic, source: Source, sending: Sending) -> None:
+    def _number(self, key: str, topic: Topic, sender: Sender, sending: Sending) -> None:
         """Record the number of a message, and ask for those that are missing before it."""
-        missing = self._roster.number(topic.robot, source, sending.number, sending.by_zenoh)
+        missing = self._roster.number(topic.robot, sender, sending.number, sending.by_zenoh)
         # A static message replaces those before it.
         if missing and sending.by_zenoh and not topic.static:
-            self._ask(Gap(topic.robot, key, source, missing, self.find))
+            self._ask(Gap(topic.robot, key, sender, missing, self.find))
 
     def _drop(self, robot: str, limit: str) -> None:
         """Count and log a message that is not decoded."""
@@ -154,13 +154,13 @@ def _sending(sample: 'zenoh.Sample') -> Sending:
     stamp, info, attached = sample.timestamp, sample.source_info, sample.attachment
     sent = None if stamp is None else stamp.get_time_as_ntp64().as_nanos()
     if info is not None:
-        return Sending(sent, source_of(info.source_id), info.source_sn, True)
+        return Sending(sent, sender_of(info.source_id), info.source_sn, True)
     found = None if attached is None else read_attachment(attached.to_bytes())
     if found is None:
         return Sending(sent)
     return found._replace(sent=sent) if sent else found
 
 
-def source_of(publisher: 'zenoh.EntityGlobalId') -> Source:
-    """Return the source that a publisher is."""
+def sender_of(publisher: 'zenoh.EntityGlobalId') -> Sender:
+    """Return the sender that a publisher is."""
     return str(publisher.zid), publisher.eid

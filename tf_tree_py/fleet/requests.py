@@ -20,7 +20,7 @@ import time
 from typing import TYPE_CHECKING
 
 from .keys import old_cache_of
-from .roster import Source
+from .roster import Sender
 from .session import needs_zenoh
 
 if TYPE_CHECKING:
@@ -78,16 +78,16 @@ class Gap(Request):
     the answer is complete as soon as it has a message from behind the gap.
     """
 
-    def __init__(self, robot: str, key: str, source: Source, numbers: range, take: Take) -> None:
+    def __init__(self, robot: str, key: str, sender: Sender, numbers: range, take: Take) -> None:
         """``key`` is that of the transforms; the numbers are those of the publisher."""
         super().__init__(robot, key, take)
-        self._source = source
+        self._sender = sender
         self._numbers = numbers
 
     @property
     def selector(self) -> str:
         """Return the request for the rest."""
-        zid, publisher = self._source
+        zid, publisher = self._sender
         return f'{self._key}/@adv/*/{zid}/{publisher}/**?_sn={self._numbers.start}..'
 
     @property

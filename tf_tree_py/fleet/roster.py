@@ -124,13 +124,13 @@ class Presence:
 # Rates and lags are computed from this many recent messages.
 _LATELY = 64
 # A client that may write any key can invent publishers. More than these are not kept.
-_MAX_SOURCES = 100
+_MAX_SENDERS = 100
 _MAX_MISSED = 1_000
 # The longest time until all stored messages of a robot have arrived.
 CATCH_UP = from_seconds(5.0)
 
-Source = tuple[str, int]
-"""The source of a message: a session of Zenoh, and a publisher in it."""
+Sender = tuple[str, int]
+"""The sender of a message: a session of Zenoh, and a publisher in it."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ class RobotCounts:
     :ivar back: when it last connected, nanoseconds: messages from before that arrive late.
     :ivar away: since when it has no liveliness token, nanoseconds; None: it has one, or never had.
     :ivar messages_before: the number of its messages until then.
-    :ivar sources: its publishers, and the numbers of their last messages; -1: unknown.
+    :ivar senders: its publishers, and the numbers of their last messages; -1: unknown.
     :ivar has_skipped: whether messages were dropped, so that these numbers are too old.
     """
 
@@ -192,7 +192,7 @@ class RobotCounts:
         self.frames = FrameQuota(quota.frames)
         self.transforms = self.recovered = self.refused = self.lost = self.dropped = 0
         self.limit = ''
-        self.sources: dict[Source, int] = {}
+        self.senders: dict[Sender, int] = {}
         self.has_skipped = False
         self.messages = self.messages_before = 0
         self._arrivals: deque[float] = deque(maxlen=_LATELY)
@@ -208,19 +208,19 @@ class RobotCounts:
         self._arrivals.append(time.monotonic())
         self._lags.append(time.time_ns() - newest)
 
-    def number(self, source: Source, number: int) -> range | None:
+    def number(self, sender: Sender, number: int) -> range | None:
         """
-        Record the source of a message and its number.
+        Record the sender of a message and its number.
 
-        :return: the missing numbers before it; None: the source is one too many, and not kept.
+        :return: the missing numbers before it; None: the sender is one too many, and not kept.
         """
-        if source not in self.sources and len(self.sources) >= _MAX_SOURCES:
+        if sender not in self.senders and len(self.senders) >= _MAX_SENDERS:
             return None
         if self.has_skipped:
             # The missing messages may be those that exceeded the quota.
-            self.sources, self.has_skipped = dict.fromkeys(self.sources, -1), False
-        before = self.sources.get(source, -1)
-        self.sources[source] = max(number, before)
+            self.senders, self.has_skipped = dict.fromkeys(self.senders, -1), False
+        before = self.senders.get(sender, -1)
+        self.senders[sender] = max(number, before)
         return range(before + 1, number) if before >= 0 else range(0)
 
     def as_robot(self, name: str) -> FleetRobot:
@@ -249,9 +249,9 @@ class Roster:
         self._names = Names(apart, quota.names)
         self._quota = quota
         self._accounts: dict[str, RobotCounts] = {}
-        self._robot_of: dict[Source, str] = {}
+        self._robot_of: dict[Sender, str] = {}
         # The lost messages of publishers whose robot is not known yet.
-        self._missed: Counter[Source] = Counter()
+        self._missed: Counter[Sender] = Counter()
 
     def admit(self, robot: str) -> tuple[bool, Report | None]:
         """Record a robot; return whether it is received, and what to report."""
@@ -321,19 +321,19 @@ class Roster:
         with self._lock:
             self._accounts[robot].allowance.spend(seconds)
 
-    def number(self, robot: str, source: Source, number: int, by_zenoh: bool) -> range:
+    def number(self, robot: str, sender: Sender, number: int, by_zenoh: bool) -> range:
         """
-        Record the source of a message and its number; return the missing numbers before it.
+        Record the sender of a message and its number; return the missing numbers before it.
 
         :param by_zenoh: Zenoh itself reports missing messages, see ``miss``.
         """
         with self._lock:
             account = self._accounts[robot]
-            missing = account.number(source, number)
+            missing = account.number(sender, number)
             if missing is None:
                 return range(0)
-            self._robot_of.setdefault(source, robot)
-            account.lost += self._missed.pop(source, 0) + (0 if by_zenoh else len(missing))
+            self._robot_of.setdefault(sender, robot)
+            account.lost += self._missed.pop(sender, 0) + (0 if by_zenoh else len(missing))
             return missing
 
     def drop(self, robot: str, limit: str) -> None:
@@ -376,14 +376,14 @@ class Roster:
             # Below zero, if it is reported as missing only after this, in another thread.
             self._accounts[robot].lost -= 1
 
-    def miss(self, source: Source, count: int) -> None:
+    def miss(self, sender: Sender, count: int) -> None:
         """Record lost messages, which may still be found."""
         with self._lock:
-            robot = self._robot_of.get(source)
+            robot = self._robot_of.get(sender)
             if robot is not None:
                 self._accounts[robot].lost += count
-            elif source in self._missed or len(self._missed) < _MAX_MISSED:
-                self._missed[source] += count
+            elif sender in self._missed or len(self._missed) < _MAX_MISSED:
+                self._missed[sender] += count
 
     def robots(self) -> list[FleetRobot]:
         """Return all known robots, by name."""

@@ -9,8 +9,8 @@ from typing import Any, Final, TYPE_CHECKING
 
 from .connection import WorkerThreads
 from .keys import patterns, token_patterns
-from .reception import source_of
-from .roster import Source
+from .reception import sender_of
+from .roster import Sender
 from .session import needs_zenoh
 
 if TYPE_CHECKING:
@@ -53,13 +53,13 @@ class Subscriptions:
 
     def subscribe_transforms(self, static: bool, max_age_s: float | None,
                              take: Callable[['zenoh.Sample'], object],
-                             on_miss: Callable[[Source, int], object]) -> None:
+                             on_miss: Callable[[Sender, int], object]) -> None:
         """
         Subscribe to messages, first to the past ones that their publishers keep.
 
         :param max_age_s: the maximum age of these; None: any.
         :param take: receives each message.
-        :param on_miss: called with the source of lost messages, and their number.
+        :param on_miss: called with the sender of lost messages, and their number.
         """
         ext, direct = needs_zenoh('zenoh.ext'), needs_zenoh().handlers.Callback
         history = ext.HistoryConfig(detect_late_publishers=True, max_age=max_age_s)
@@ -76,7 +76,7 @@ class Subscriptions:
                     raise
             # It is rare, and takes no time, so it needs no thread.
             misses = subscriber.sample_miss_listener(direct(
-                lambda miss: on_miss(source_of(miss.source), miss.nb), indirect=False))
+                lambda miss: on_miss(sender_of(miss.source), miss.nb), indirect=False))
             self._declared += [misses, subscriber]
 
     def _keys(self, keys_of: Callable[[str], Iterable[str]]) -> list[str]:

@@ -207,9 +207,9 @@ class UrdfBroadcaster(ClosingNode):
                 'a file, give --urdf FILE, or its text: in a launch file, '
                 "Command(['cat ', FILE]) or Command(['xacro ', FILE])")
         read = self._read if self._read is not None and self._read.text == text else None
-        source = f'parameter {_DESCRIBED}' if read is None else str(read.files[0])
+        text_name = f'parameter {_DESCRIBED}' if read is None else str(read.files[0])
         try:
-            return Robot.parse(text, source, None if read is None else read.places)
+            return Robot.parse(text, text_name, None if read is None else read.places)
         except DescriptionError as error:
             raise BadInput(str(error)) from error
 

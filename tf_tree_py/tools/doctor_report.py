@@ -14,7 +14,7 @@ from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds
 
-from .tree_source import nothing_arrived, TreeSource
+from .tree_input import nothing_arrived, TreeInput
 
 VERSION = 1
 """The version of a report; it changes only if a key is removed or gets another meaning."""
@@ -48,32 +48,32 @@ def limits_of(arguments: Namespace) -> Thresholds:
         arguments.max_turn_rate or usual.max_usual_turn_rate)
 
 
-def judged(source: TreeSource, doctor: Doctor,
+def judged(tree_input: TreeInput, doctor: Doctor,
            interrupted: bool = False) -> tuple[dict[str, Any], list[Finding]]:
     """
-    Return the report about a source that was watched, and its findings, the worst first.
+    Return the report about an input that was watched, and its findings, the worst first.
 
     :param interrupted: whether the watch was shorter than requested.
     :raises Cannot: no transform has arrived.
     """
-    doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
-    findings = doctor.findings(source.now())
+    doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
+    findings = doctor.findings(tree_input.now())
     if not doctor.transforms and not any(one.severity is Severity.ERROR for one in findings):
-        raise nothing_arrived(source)
-    return _report(source, doctor, findings, interrupted), findings
+        raise nothing_arrived(tree_input)
+    return _report(tree_input, doctor, findings, interrupted), findings
 
 
-def _report(source: TreeSource, doctor: Doctor, findings: Sequence[Finding],
+def _report(tree_input: TreeInput, doctor: Doctor, findings: Sequence[Finding],
             interrupted: bool) -> dict[str, Any]:
     counts = Counter(finding.severity for finding in findings)
     return {
         'version': VERSION,
-        'source': source.name,
+        'source': tree_input.name,
         'watched_s': doctor.watched / 1e9,
         'interrupted': interrupted,
         'transforms': doctor.transforms,
-        'frames': len(source.buffer.frames()),
-        'damage': source.damage(),
+        'frames': len(tree_input.buffer.frames()),
+        'damage': tree_input.damage(),
         **{f'{severity.value}s': counts[severity] for severity in Severity},
         'findings': [finding.as_dict() for finding in findings],
     }

@@ -17,7 +17,7 @@ from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 
 
 class FleetTree:
-    """A buffer that receives robots through a router; see ``tree_source.TreeSource``."""
+    """A buffer that receives robots through a router; see ``tree_input.TreeInput``."""
 
     hint = ('is a robot sending there, and do --robots and the access control of the router '
             'allow it?')

@@ -43,7 +43,7 @@ _MOST_REASONS = 4
 
 class LiveTree:
     """
-    A buffer that receives a running system's transforms; see ``tree_source.TreeSource``.
+    A buffer that receives a running system's transforms; see ``tree_input.TreeInput``.
 
     :ivar node: the tool's node, with a hidden name; it is not spun.
     """

@@ -31,7 +31,7 @@ _TF_TOPIC, _TF_STATIC_TOPIC = '/tf', '/tf_static'
 
 
 class RecordedTree:
-    """A buffer that a bag is read into, at full speed; see ``tree_source.TreeSource``."""
+    """A buffer that a bag is read into, at full speed; see ``tree_input.TreeInput``."""
 
     hint = 'its transform topics contain no messages'
 

@@ -29,7 +29,7 @@ from tf_tree_py.files.whole_files import write_whole
 from .calibrate.report import as_yaml, print_report, SUFFIXES, write_picture
 from .calibrate.urdf_origin import origin_of, write_origin
 from .recorded_tree import topics_of
-from .tree_source import add_source, check_source, frame, open_source
+from .tree_input import add_input, check_input, frame, open_input
 
 NAME = 'tf_calibrate'
 VERSION = 1
@@ -77,7 +77,7 @@ def _parser() -> Parser:
                         help="write the new origin into the joint of a robot's description if "
                         'the edge is wrong, and keep a backup')
     parser.add_json()
-    add_source(parser)
+    add_input(parser)
     return parser
 
 
@@ -103,7 +103,7 @@ def _description(text: str) -> Path:
 def _work(argv: Sequence[str]) -> int:
     parser = _parser()
     arguments = parser.parse(argv)
-    check_source(arguments)
+    check_input(arguments)
     if arguments.fleet or arguments.fleet_config:
         parser.error('--fleet sends no observations: use --bag PATH, or a live system')
     if arguments.bag and arguments.seconds:
@@ -128,9 +128,9 @@ def _recorded(arguments: Namespace) -> Calibration:
 
 
 def _live(arguments: Namespace) -> Calibration:
-    with open_source(arguments, NAME, live_cache_time=UNLIMITED) as source:
+    with open_input(arguments, NAME, live_cache_time=UNLIMITED) as tree_input:
         from .calibrate.live import recorded_live
-        return recorded_live(source, arguments, estimated)
+        return recorded_live(tree_input, arguments, estimated)
 
 
 def _edges(arguments: Namespace) -> list[tuple[str, str]]:

@@ -24,7 +24,7 @@ from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
 
 from .doctor_report import add_limits, judged, limits_of
-from .tree_source import add_source, open_source
+from .tree_input import add_input, open_input
 
 NAME = 'tf_doctor'
 _DESCRIPTION = """\
@@ -53,7 +53,7 @@ def _parser() -> Parser:
                         help='also print notes, which need no action')
     parser.add_argument('--list', action='store_true', help='explain every code, and exit')
     parser.add_json()
-    add_source(parser)
+    add_input(parser)
     add_limits(parser)
     return parser
 
@@ -64,12 +64,12 @@ def _work(argv: Sequence[str]) -> int:
         _list(arguments.json)
         return FINE
     doctor = Doctor(limits_of(arguments), recorded=arguments.bag is not None)
-    with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
+    with open_input(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as tree_input:
         interrupted = True
         with suppress(KeyboardInterrupt):
-            source.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
+            tree_input.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
             interrupted = False
-        report, findings = judged(source, doctor, interrupted)
+        report, findings = judged(tree_input, doctor, interrupted)
     if arguments.json:
         print_json(report)
     else:

@@ -29,7 +29,7 @@ from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Ex
 from tf_tree_py.reports.plain_text import FORMS
 
 from .missing import Hint, hints_of_graph, Refusals
-from .tree_source import add_source, frame, nothing_arrived, open_source, stamp, TreeSource
+from .tree_input import add_input, frame, nothing_arrived, open_input, stamp, TreeInput
 
 NAME = 'tf_echo'
 VERSION = 1
@@ -69,7 +69,7 @@ def _parser() -> Parser:
     add_number(parser, '--seconds', None, 'when to give up, in seconds '
                f'(default: {_PATIENCE_S:g} with --once or --at, otherwise never)')
     parser.add_json()
-    add_source(parser)
+    add_input(parser)
     return parser
 
 
@@ -79,50 +79,50 @@ def _work(argv: Sequence[str]) -> int:
         console()  # a missing package has to be reported first, and not in the middle
     window = UNLIMITED if arguments.at != LATEST else DEFAULT_CACHE_TIME
     refusals = Refusals(recorded=arguments.bag is not None)
-    with open_source(arguments, NAME, [refusals], cache_time=window) as source:
-        printer = _Printer(arguments, source, refusals)
+    with open_input(arguments, NAME, [refusals], cache_time=window) as tree_input:
+        printer = _Printer(arguments, tree_input, refusals)
         with suppress(KeyboardInterrupt):
-            for explanation in _asked(source, arguments):
+            for explanation in _asked(tree_input, arguments):
                 printer.show(explanation)
-        if not printer.answered and not source.buffer.frames():
-            raise nothing_arrived(source)
+        if not printer.answered and not tree_input.buffer.frames():
+            raise nothing_arrived(tree_input)
     return FINE if printer.answered else FOUND
 
 
-def _asked(source: TreeSource, arguments: Namespace) -> Iterator[Explanation]:
+def _asked(tree_input: TreeInput, arguments: Namespace) -> Iterator[Explanation]:
     """Yield the result of each lookup."""
     def ask() -> Explanation:
-        return explain(source.buffer, arguments.target, arguments.source, arguments.at,
-                       source.now())
+        return explain(tree_input.buffer, arguments.target, arguments.source, arguments.at,
+                       tree_input.now())
 
     if arguments.once or arguments.at != LATEST:
-        yield from _one(source, arguments, ask)
+        yield from _one(tree_input, arguments, ask)
         return
     period, begin = 1.0 / arguments.rate, time.monotonic()
     while True:
-        more = source.watch(period)
+        more = tree_input.watch(period)
         yield ask()
         over = arguments.seconds and time.monotonic() - begin >= arguments.seconds
         if not more or (over and not arguments.bag):
             return
 
 
-def _one(source: TreeSource, arguments: Namespace,
+def _one(tree_input: TreeInput, arguments: Namespace,
          ask: Callable[[], Explanation]) -> Iterator[Explanation]:
     """Yield one result; before it, the missing data as long as there is none."""
     if arguments.bag:
-        source.watch(arguments.seconds)
+        tree_input.watch(arguments.seconds)
         yield ask()
         return
     patience = arguments.seconds or _PATIENCE_S
     # Nodes need a moment to discover each other: data that is missing until then is not reported.
     for seconds in (min(1.0, patience), max(0.0, patience - 1.0)):
         with suppress(TransformException):
-            source.buffer.wait_for(
-                lambda: source.buffer.lookup_stamped(
+            tree_input.buffer.wait_for(
+                lambda: tree_input.buffer.lookup_stamped(
                     arguments.target, arguments.source, arguments.at), WallDeadline(seconds))
             if arguments.explain or arguments.json:
-                source.await_covariances()
+                tree_input.await_covariances()
         explanation = ask()
         yield explanation
         if explanation.pose is not None:
@@ -136,10 +136,10 @@ class _Printer:
     :ivar answered: whether a lookup succeeded.
     """
 
-    def __init__(self, arguments: Namespace, source: TreeSource, refusals: Refusals) -> None:
+    def __init__(self, arguments: Namespace, tree_input: TreeInput, refusals: Refusals) -> None:
         self.answered = False
         self._arguments = arguments
-        self._source, self._refusals = source, refusals
+        self._tree_input, self._refusals = tree_input, refusals
         self._missing = ''
         self._last = LATEST
         self._hinted: set[str] = set()
@@ -166,7 +166,7 @@ class _Printer:
         refused = list(self._refusals.hints(explanation.edges, explanation.now))
         if self._is_new(explanation):
             return []
-        return refused + hints_of_graph(self._source.graph(), explanation)
+        return refused + hints_of_graph(self._tree_input.graph(), explanation)
 
     def _is_new(self, explanation: Explanation) -> bool:
         """Return whether there is an answer, from newer data than the last one or static."""

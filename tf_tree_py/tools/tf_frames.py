@@ -40,7 +40,7 @@ from tf_tree_py.reports.drawings import (
 from tf_tree_py.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 
 from .missing import hint_of
-from .tree_source import add_source, nothing_arrived, open_source, TreeSource
+from .tree_input import add_input, nothing_arrived, open_input, TreeInput
 
 _PATIENCE_S = 60.0
 # Inches: a character of a name and of a remark, a row, a box, and the gap between two columns.
@@ -232,7 +232,7 @@ def _parser(output: str) -> Parser:
     add_number(parser, '--seconds', None, f'how long to watch; {_LIVE_S:g} live, and all of a '
                'recording, unless given')
     parser.add_json()
-    add_source(parser)
+    add_input(parser)
     return parser
 
 
@@ -241,18 +241,18 @@ def _work(argv: Sequence[str], output: str = '') -> int:
     if arguments.output is not None:
         _check(arguments.output)
     doctor = Doctor()
-    with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
+    with open_input(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as tree_input:
         with suppress(KeyboardInterrupt):
-            source.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
-        doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
-        findings = doctor.findings(source.now())
+            tree_input.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
+        doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
+        findings = doctor.findings(tree_input.now())
         if not doctor.transforms:
-            raise nothing_arrived(source)
-        silent = {(one.parent, one.child): one.silence or 0 for one in doctor.signs(source.now())
-                  if one.stale}
-        graph = frame_graph(source.buffer, source.now(), list(_refused(findings)), silent)
+            raise nothing_arrived(tree_input)
+        silent = {(one.parent, one.child): one.silence or 0
+                  for one in doctor.signs(tree_input.now()) if one.stale}
+        graph = frame_graph(tree_input.buffer, tree_input.now(), list(_refused(findings)), silent)
     errors = [one for one in findings if one.severity is Severity.ERROR]
-    _show(graph, source, arguments, [
+    _show(graph, tree_input, arguments, [
         one for one in findings if one.code in GRAPH_CODES or (
             one.severity is Severity.ERROR and one.code not in _DRAWN)])
     return FOUND if errors else FINE
@@ -265,19 +265,19 @@ def _refused(findings: Sequence[Finding]) -> Iterator[RefusedEdge]:
             yield RefusedEdge(parent, child, finding.publishers, int(finding.evidence['count']))
 
 
-def _plain(graph: FrameGraph, source: TreeSource) -> dict[str, object]:
-    return {'version': VERSION, 'source': source.name, **graph.as_dict()}
+def _plain(graph: FrameGraph, tree_input: TreeInput) -> dict[str, object]:
+    return {'version': VERSION, 'source': tree_input.name, **graph.as_dict()}
 
 
-def _show(graph: FrameGraph, source: TreeSource, arguments: Namespace,
+def _show(graph: FrameGraph, tree_input: TreeInput, arguments: Namespace,
           findings: Sequence[Finding]) -> None:
     if arguments.output is not None:
-        _write(graph, source, arguments.output)
+        _write(graph, tree_input, arguments.output)
         print(f'{len(graph.frames)} frames: {arguments.output}')
     elif arguments.json:
-        print_json(_plain(graph, source))
+        print_json(_plain(graph, tree_input))
     else:
-        _print(graph, source, findings)
+        _print(graph, tree_input, findings)
 
 
 def _check(path: Path) -> None:
@@ -289,19 +289,19 @@ def _check(path: Path) -> None:
         raise Cannot(f'{path}: there is no folder {path.parent}')
 
 
-def _write(graph: FrameGraph, source: TreeSource, path: Path) -> None:
+def _write(graph: FrameGraph, tree_input: TreeInput, path: Path) -> None:
     if path.suffix in _PICTURES:
         draw(graph, path)
         return
     write_whole(path, [{
         '.dot': lambda: as_dot(graph), '.mmd': lambda: as_mermaid(graph),
-        '.json': lambda: json.dumps(_plain(graph, source), indent=2, allow_nan=False) + '\n',
+        '.json': lambda: json.dumps(_plain(graph, tree_input), indent=2, allow_nan=False) + '\n',
     }[path.suffix]().encode()])
 
 
 # --- for people
 
-def _print(graph: FrameGraph, source: TreeSource, findings: Sequence[Finding]) -> None:
+def _print(graph: FrameGraph, tree_input: TreeInput, findings: Sequence[Finding]) -> None:
     out = console()
     text = needs('rich.text', 'rich').Text
     edges = {edge.info.child: edge for edge in graph.edges}
@@ -318,7 +318,8 @@ def _print(graph: FrameGraph, source: TreeSource, findings: Sequence[Finding]) -
             line.append_text(_remark(edges[branch.edge.child]))
         out.print(line, no_wrap=True, overflow='ellipsis')
     out.print()
-    out.print(text(f'{shown(source.name)}: {len(graph.frames)} frames, {len(graph.edges)} edges'))
+    out.print(text(f'{shown(tree_input.name)}: {len(graph.frames)} frames, '
+                   f'{len(graph.edges)} edges'))
     for remark in graph.remarks:
         out.print(styled(remark, 'error' if 'loop' in remark else 'warning'))
     for one in findings:

@@ -28,7 +28,7 @@ from tf_tree_py.health.monitor import Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
 
 from .missing import Hint, hint_of, hints_of_graph
-from .tree_source import add_source, frame, nothing_arrived, open_source, TreeSource
+from .tree_input import add_input, frame, nothing_arrived, open_input, TreeInput
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -86,7 +86,7 @@ def _parser() -> Parser:
     add_number(parser, '--period', 1.0, 'seconds between two updates')
     add_number(parser, '--seconds', None, 'stop after this many seconds')
     parser.add_json()
-    add_source(parser)
+    add_input(parser)
     return parser
 
 
@@ -96,46 +96,47 @@ def _work(argv: Sequence[str]) -> int:
         raise Cannot('give both frames of a chain: TARGET and SOURCE')
     doctor = Doctor()
     showing, look = nullcontext(_print_json) if arguments.json else _on_screen(console()), None
-    with open_source(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as source:
+    with open_input(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as tree_input:
         with showing as show, suppress(KeyboardInterrupt):
-            for look in _looks(source, doctor, arguments):
+            for look in _looks(tree_input, doctor, arguments):
                 show(look)
         if look is None or not look.transforms:
-            raise nothing_arrived(source)
+            raise nothing_arrived(tree_input)
     return FOUND if any(one.severity is Severity.ERROR for one in look.findings) else FINE
 
 
-def _looks(source: TreeSource, doctor: Doctor, arguments: Namespace) -> Iterator[TableContent]:
+def _looks(tree_input: TreeInput, doctor: Doctor, arguments: Namespace) -> Iterator[TableContent]:
     """Yield the content, once in each period; of a recording once."""
     monitor, begin = Monitor(doctor), time.monotonic()
     live = arguments.bag is None
     while True:
-        source.watch(arguments.period if live else arguments.seconds)
+        tree_input.watch(arguments.period if live else arguments.seconds)
         now = time.monotonic()
-        doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
-        yield _look(source, doctor, monitor, arguments, now)
+        doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
+        yield _look(tree_input, doctor, monitor, arguments, now)
         if not live or (arguments.seconds and now - begin >= arguments.seconds):
             return
 
 
-def _look(source: TreeSource, doctor: Doctor, monitor: Monitor, arguments: Namespace,
+def _look(tree_input: TreeInput, doctor: Doctor, monitor: Monitor, arguments: Namespace,
           now: float) -> TableContent:
-    findings = [one for one in doctor.findings(source.now()) if one.severity is not Severity.NOTE]
-    rows, chain = _named(monitor.look(now, findings, source.now()), source), None
+    at = tree_input.now()
+    findings = [one for one in doctor.findings(at) if one.severity is not Severity.NOTE]
+    rows, chain = _named(monitor.look(now, findings, at), tree_input), None
     if arguments.target:
-        chain = explain(source.buffer, arguments.target, arguments.source, now=source.now())
+        chain = explain(tree_input.buffer, arguments.target, arguments.source, now=at)
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]
     lacks = not doctor.transforms or (chain is not None and bool(chain.problem))
     hints = hints_of_graph(doctor.graph, chain) if lacks else []
-    return TableContent(source.name, doctor.transforms, doctor.watched / 1e9, rows, findings,
+    return TableContent(tree_input.name, doctor.transforms, doctor.watched / 1e9, rows, findings,
                         chain, hints)
 
 
-def _named(rows: Sequence[Watched], source: TreeSource) -> list[Watched]:
+def _named(rows: Sequence[Watched], tree_input: TreeInput) -> list[Watched]:
     """Add the publishers of edges that arrived before their names were known to the buffer."""
-    known = {(edge.parent, edge.child): edge.authority for edge in source.buffer.edges()}
+    known = {(edge.parent, edge.child): edge.authority for edge in tree_input.buffer.edges()}
 
     def named(row: Watched) -> Watched:
         sender = known.get((row.signs.parent, row.signs.child))

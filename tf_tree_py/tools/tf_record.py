@@ -35,9 +35,9 @@ from tf_tree_py.recording.flight_recorder import (
     TOO_SOON,
 )
 
-from .tree_source import add_source, frame, nothing_arrived, open_source, TreeSource
+from .tree_input import add_input, frame, nothing_arrived, open_input, TreeInput
 
-# The time between two requests of one source, seconds.
+# The time between two requests of one sender, seconds.
 _APART_S = 1.0
 
 
@@ -45,7 +45,7 @@ class DumpRequests:
     """
     The requests for a recording since the last call of ``take``; from any thread.
 
-    Each source makes at most one request a second; further ones are counted in it, because
+    Each sender makes at most one request a second; further ones are counted in it, because
     anyone may call the service, at any rate.
 
     :ivar SIGNAL: the signal that requests one.
@@ -66,7 +66,7 @@ class DumpRequests:
         threading.Thread(target=self._read, name='Enter', daemon=True).start()
 
     def take(self) -> list[str]:
-        """Return the sources of the requests since the last call, with their numbers."""
+        """Return the senders of the requests since the last call, with their numbers."""
         now = time.monotonic()
         while not self._asked.empty():
             self._counts[self._asked.get()] += 1
@@ -159,7 +159,7 @@ def _parser() -> Parser:
     add_number(parser, '--keep', 10.0, 'how many bags to keep; the oldest are removed')
     add_number(parser, '--seconds', None, 'stop after this many seconds')
     parser.add_json()
-    add_source(parser)
+    add_input(parser)
     return parser
 
 
@@ -178,18 +178,19 @@ def _work(argv: Sequence[str]) -> int:
         arguments.output, last=from_seconds(arguments.last), notify=status_line.note,
         every=from_seconds(arguments.every), keep=max(1, round(arguments.keep)))
     doctor = Doctor()
-    with open_source(arguments, NAME, [doctor, recorder],
-                     cache_time=doctor.limits.cache_time) as source:
+    with open_input(arguments, NAME, [doctor, recorder],
+                    cache_time=doctor.limits.cache_time) as tree_input:
         with suppress(KeyboardInterrupt):
-            _watch(source, recorder, status_line, _Watcher(source, doctor, arguments), arguments)
+            watcher = _Watcher(tree_input, doctor, arguments)
+            _watch(tree_input, recorder, status_line, watcher, arguments)
         recorder.close()
         status_line.print_all()
         if not doctor.transforms:
-            raise nothing_arrived(source)
+            raise nothing_arrived(tree_input)
     return CANNOT if status_line.failed else FOUND if status_line.found else FINE
 
 
-def _watch(source: TreeSource, recorder: FlightRecorder, status_line: '_StatusLine',
+def _watch(tree_input: TreeInput, recorder: FlightRecorder, status_line: '_StatusLine',
            watcher: '_Watcher', arguments: Namespace) -> None:
     """Write a bag at each request and each new finding, until the end."""
     live, begin = arguments.bag is None, time.monotonic()
@@ -197,11 +198,11 @@ def _watch(source: TreeSource, recorder: FlightRecorder, status_line: '_StatusLi
     served = live and arguments.fleet is None and arguments.fleet_config is None
     if requests is not None and not arguments.json:
         others = ' or the service ~/dump' if served else ''
-        print(f'keeping the last {arguments.last:g} s of {shown(source.name)}; Enter, SIGUSR1 '
+        print(f'keeping the last {arguments.last:g} s of {shown(tree_input.name)}; Enter, SIGUSR1 '
               f'(kill -USR1 {os.getpid()}){others} writes them to {arguments.output}/', flush=True)
     with requests.served_as(NAME) if requests and served else nullcontext():
         while True:
-            more = source.watch(_PERIOD_S)
+            more = tree_input.watch(_PERIOD_S)
             for who in requests.take() if requests else ():
                 _write(recorder, watcher.happened(ASKED, f'requested by {who}'))
             for finding in watcher.new_findings():
@@ -224,8 +225,8 @@ def _write(recorder: FlightRecorder, happened: Happened) -> None:
 class _Watcher:
     """A record of earlier findings, so that each is reported once."""
 
-    def __init__(self, source: TreeSource, doctor: Doctor, arguments: Namespace) -> None:
-        self._source, self._doctor = source, doctor
+    def __init__(self, tree_input: TreeInput, doctor: Doctor, arguments: Namespace) -> None:
+        self._tree_input, self._doctor = tree_input, doctor
         self._codes, self._pairs = arguments.on - {LOOKUP_FAILED}, arguments.lookup
         self._known: set[tuple[str, tuple[str, ...]]] = set()
 
@@ -241,17 +242,17 @@ class _Watcher:
         """Make the requested lookups; the recorder is notified of failures."""
         for target, source in self._pairs:
             with suppress(TransformException):
-                self._source.buffer.lookup_at(
-                    target, source, self._source.now() - from_seconds(_AGE_S))
+                self._tree_input.buffer.lookup_at(
+                    target, source, self._tree_input.now() - from_seconds(_AGE_S))
 
     def happened(self, why: str, summary: str, frames: tuple[str, ...] = ()) -> Happened:
         """Return the description of an event, for the file beside a bag."""
-        return Happened(why, summary, self._source.now(), frames,
+        return Happened(why, summary, self._tree_input.now(), frames,
                         [one.as_dict() for one in self._findings()])
 
     def _findings(self) -> list[Finding]:
-        self._doctor.endpoints = self._source.endpoints()
-        self._doctor.graph = self._source.graph()
+        self._doctor.endpoints = self._tree_input.endpoints()
+        self._doctor.graph = self._tree_input.graph()
         return [one for one in self._doctor.findings() if one.severity is not Severity.NOTE]
 
 

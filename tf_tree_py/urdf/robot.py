@@ -144,19 +144,19 @@ class Robot:
         return cls.parse(description.text, str(path), description.places)
 
     @classmethod
-    def parse(cls, text: str | bytes, source: str = 'the robot description',
+    def parse(cls, text: str | bytes, text_name: str = 'the robot description',
               places: Sequence[Place] | None = None) -> 'Robot':
         """
         Return the robot that a text describes.
 
         :param text: a string, or bytes in UTF-8.
-        :param source: the name of the text in errors.
+        :param text_name: the name of the text in errors.
         :param places: the file and line of each element, if the text was made from other files.
         :raises DescriptionError: the description is invalid; the error names the line and what
             to do.
         """
         warnings: list[str] = []
-        element = read(without_space_before(text, source, warnings), source, places)
+        element = read(without_space_before(text, text_name, warnings), text_name, places)
         if element.tag != 'robot':
             raise element.error(f'the outermost element is <{element.tag}>',
                                 'a robot description is <robot name="..."> ... </robot>')

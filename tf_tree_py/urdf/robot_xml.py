@@ -30,27 +30,27 @@ class DescriptionError(ValueError):
     """
     A robot description that cannot be used.
 
-    :ivar source: of the description, such as its file.
+    :ivar text_name: the name of the description, such as its file.
     :ivar line: the number of the line; 0: the error concerns no single line.
     :ivar owner: the element with the error, such as ``joint 'elbow'``; may be empty.
     :ivar problem: the error.
     :ivar fix: what to do about it.
     """
 
-    def __init__(self, source: str, line: int, owner: str, problem: str, fix: str) -> None:
-        self.source, self.line, self.owner = source, line, owner
+    def __init__(self, text_name: str, line: int, owner: str, problem: str, fix: str) -> None:
+        self.text_name, self.line, self.owner = text_name, line, owner
         self.problem, self.fix = problem, fix
-        place = f'{source}, line {line}' if line else source
+        place = f'{text_name}, line {line}' if line else text_name
         super().__init__(shorten(': '.join(filter(None, (place, owner, f'{problem}; {fix}')))))
 
     def __reduce__(self) -> tuple[type, tuple[str, int, str, str, str]]:
-        return type(self), (self.source, self.line, self.owner, self.problem, self.fix)
+        return type(self), (self.text_name, self.line, self.owner, self.problem, self.fix)
 
 
 class Place(NamedTuple):
     """The location of an element: its file or text, and its line."""
 
-    source: str
+    text_name: str
     line: int
 
 
@@ -59,20 +59,20 @@ class Element:
     """
     One element and its location.
 
-    :ivar source: the name of the text in errors.
+    :ivar text_name: the name of the text in errors.
     :ivar owner: the joint, link or material that contains the element, for errors.
     """
 
     tag: str
     attributes: dict[str, str]
-    source: str
+    text_name: str
     line: int
     owner: str
     children: list['Element'] = field(default_factory=list)
 
     def error(self, problem: str, fix: str) -> DescriptionError:
         """Return an error that names the location of this element."""
-        return DescriptionError(self.source, self.line, self.owner, problem, fix)
+        return DescriptionError(self.text_name, self.line, self.owner, problem, fix)
 
     def children_of(self, tag: str) -> list['Element']:
         """Return the children with a tag."""
@@ -107,7 +107,7 @@ def listed(texts: Iterable[str]) -> str:
     return ', '.join(names[:_LISTED]) + more
 
 
-def read(text: str | bytes, source: str, places: Sequence[Place] | None = None) -> Element:
+def read(text: str | bytes, text_name: str, places: Sequence[Place] | None = None) -> Element:
     """
     Return the outermost element of a text.
 
@@ -115,10 +115,10 @@ def read(text: str | bytes, source: str, places: Sequence[Place] | None = None) 
         text was made from other files; None: the lines of the text.
     :raises DescriptionError: the text is not valid XML, or it has a DOCTYPE or macros.
     """
-    return _Reader(source, places).read(text)
+    return _Reader(text_name, places).read(text)
 
 
-def without_space_before(text: str | bytes, source: str, warnings: list[str]) -> bytes:
+def without_space_before(text: str | bytes, text_name: str, warnings: list[str]) -> bytes:
     """
     Return a text as UTF-8, without its XML declaration if that follows white space.
 
@@ -131,7 +131,7 @@ def without_space_before(text: str | bytes, source: str, warnings: list[str]) ->
         return data
     line = data.count(b'\n', 0, match.start(1)) + 1
     warnings.append(str(DescriptionError(
-        source, line, '', 'there is white space before <?xml',
+        text_name, line, '', 'there is white space before <?xml',
         'remove it, because other programs may refuse the description')))
     return data[:match.start(1)] + b'\n' * match[1].count(b'\n') + data[match.end(1):]
 
@@ -139,8 +139,8 @@ def without_space_before(text: str | bytes, source: str, warnings: list[str]) ->
 class _Reader:
     """Builds elements from the events of expat."""
 
-    def __init__(self, source: str, places: Sequence[Place] | None) -> None:
-        self._source = source
+    def __init__(self, text_name: str, places: Sequence[Place] | None) -> None:
+        self._text_name = text_name
         self._places = None if places is None else iter(places)
         self._open: list[Element] = []
         self._root: Element | None = None
@@ -164,7 +164,7 @@ class _Reader:
         owner = self._open[-1].owner if self._open else ''
         if len(self._open) == 1 and tag in _OWNERS:
             owner = f'{tag} {quoted(attributes.get("name", ""))}'
-        place = Place(self._source, self._parser.CurrentLineNumber)
+        place = Place(self._text_name, self._parser.CurrentLineNumber)
         if self._places is not None:
             place = next(self._places, place)
         element = Element(tag, attributes, *place, owner)
@@ -182,7 +182,7 @@ class _Reader:
 
     def _refuse_doctype(self, *_: object) -> NoReturn:
         raise DescriptionError(
-            self._source, self._parser.CurrentLineNumber, '',
+            self._text_name, self._parser.CurrentLineNumber, '',
             'there is a DOCTYPE, which can refer to other files and define entities',
             'remove it: a robot description does not need it')
 
@@ -192,7 +192,7 @@ class _Reader:
         if self._open:
             last = self._open[-1]
             fix = f'<{last.tag}> in line {last.line} is not closed'
-        return DescriptionError(self._source, error.lineno, '', problem, fix)
+        return DescriptionError(self._text_name, error.lineno, '', problem, fix)
 
 
 # --- numbers and poses

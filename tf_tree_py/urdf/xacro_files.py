@@ -81,22 +81,22 @@ def _expanded(path: Path, arguments: dict[str, str]) -> DescriptionText:
 
 def _parse_with_places(text: bytes | str | None, filename: str | None = None) -> Document:
     """Parse as ``xacro.parse`` does, and add its file and line to each element."""
-    source = filename or 'the robot description'
-    data = Path(source).read_bytes() if text is None else text
+    text_name = filename or 'the robot description'
+    data = Path(text_name).read_bytes() if text is None else text
     try:
-        return _Builder(source).parseString(data)
+        return _Builder(text_name).parseString(data)
     except expat.ExpatError as error:
         raise DescriptionError(
-            source, error.lineno, '', f'this is not valid XML: {expat.ErrorString(error.code)}',
+            text_name, error.lineno, '', f'this is not valid XML: {expat.ErrorString(error.code)}',
             'check this line and the lines before it') from None
 
 
 class _Builder(expatbuilder.ExpatBuilderNS):
     """Builds a document whose elements have their file and line in an attribute."""
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, text_name: str) -> None:
         super().__init__()
-        self._source = source
+        self._text_name = text_name
 
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
         super().start_element_handler(name, attributes)
@@ -104,7 +104,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
         assert isinstance(element, Element)
         if not element.tagName.startswith('xacro:'):
             element.setAttribute(_PLACE, f'{self.getParser().CurrentLineNumber} '
-                                 + self._source)
+                                 + self._text_name)
 
 
 def _take_places(element: Element, around: Place) -> 'list[Place]':
@@ -113,8 +113,8 @@ def _take_places(element: Element, around: Place) -> 'list[Place]':
     waiting = [(element, around)]
     while waiting:
         node, outer = waiting.pop()
-        line, _, source = node.getAttribute(_PLACE).partition(' ')
-        place = Place(source, int(line)) if line else outer
+        line, _, text_name = node.getAttribute(_PLACE).partition(' ')
+        place = Place(text_name, int(line)) if line else outer
         if node.hasAttribute(_PLACE):
             node.removeAttribute(_PLACE)
         found.append(place)

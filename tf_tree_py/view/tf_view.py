@@ -18,7 +18,7 @@ from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.tools.tree_source import add_source, open_source, TreeSource
+from tf_tree_py.tools.tree_input import add_input, open_input, TreeInput
 from tf_tree_py.urdf import DescriptionError, Robot
 
 from .model.finding_time import IncidentLog
@@ -26,7 +26,7 @@ from .model.moment import Remembered
 from .robot.resting_robot import RestingRobot
 from .robot.shapes import shapes_of
 from .sensors.recorded_sensors import RecordedSensors
-from .sensors.sensor_source import SensorSource
+from .sensors.sensors import Sensors
 from .subject import Subject
 
 NAME = 'tf_view'
@@ -62,7 +62,7 @@ def _parser() -> Parser:
     parser.add_argument('--token', metavar='WORD', nargs='?', const='', type=_token,
                         help='require a secret in the address of the page: WORD, or a new '
                         'random one; recommended with --host')
-    add_source(parser)
+    add_input(parser)
     return parser
 
 
@@ -83,25 +83,25 @@ def _work(argv: Sequence[str]) -> int:
     _check_address(arguments.host, arguments.port)
     robot = None if arguments.urdf is None else _robot(arguments.urdf)
     doctor, incidents = Doctor(recorded=arguments.bag is not None), IncidentLog()
-    with suppress(KeyboardInterrupt), open_source(
-            arguments, NAME, [doctor, incidents], cache_time=UNLIMITED) as source:
+    with suppress(KeyboardInterrupt), open_input(
+            arguments, NAME, [doctor, incidents], cache_time=UNLIMITED) as tree_input:
         if arguments.bag is not None:
-            source.watch(None)
-            _check_recording(source)
-        subject = _subject(arguments, source, doctor)
+            tree_input.watch(None)
+            _check_recording(tree_input)
+        subject = _subject(arguments, tree_input, doctor)
         subject.incidents = incidents
         if robot is not None:
             _show_robot(subject, robot, arguments.urdf)
             if arguments.bag is None:
                 subject.resting = RestingRobot(robot)
                 subject.name = f'{arguments.urdf.name}, {subject.name}'
-        with closing(_sensors(arguments, source, subject)) as subject.sensors:
-            _serve(arguments, source, subject)
+        with closing(_sensors(arguments, tree_input, subject)) as subject.sensors:
+            _serve(arguments, tree_input, subject)
     return FINE
 
 
-def _sensors(arguments: Namespace, source: TreeSource, subject: Subject) -> SensorSource:
-    """Return the source of sensor messages; it also provides the robot's description."""
+def _sensors(arguments: Namespace, tree_input: TreeInput, subject: Subject) -> Sensors:
+    """Return the sensor messages, which also have the robot's description."""
     def show(text: str) -> None:
         try:
             robot = Robot.parse(text)
@@ -113,39 +113,41 @@ def _sensors(arguments: Namespace, source: TreeSource, subject: Subject) -> Sens
     described = show if arguments.urdf is None else None
     if arguments.bag is not None:
         return RecordedSensors(arguments.bag, described)
-    node = getattr(source, 'node', None)
+    node = getattr(tree_input, 'node', None)
     if node is None:
-        return SensorSource()  # a fleet sends only transforms
+        return Sensors()  # a fleet sends only transforms
     from .sensors.live_sensors import LiveSensors
     return LiveSensors(node, described)
 
 
-def _subject(arguments: Namespace, source: TreeSource, doctor: Doctor) -> Subject:
+def _subject(arguments: Namespace, tree_input: TreeInput, doctor: Doctor) -> Subject:
     def diagnose() -> Sequence[Finding]:
-        doctor.endpoints, doctor.graph = source.endpoints(), source.graph()
-        return doctor.findings(source.now())
+        doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
+        return doctor.findings(tree_input.now())
 
-    name = source.name if arguments.bag is None else Path(source.name).name or source.name
-    return Subject(source.buffer, arguments.bag is None, source.now, diagnose,
+    name = tree_input.name
+    if arguments.bag is not None:
+        name = Path(name).name or name
+    return Subject(tree_input.buffer, arguments.bag is None, tree_input.now, diagnose,
                    fixed_frame=arguments.fixed_frame, name=name,
                    left_behind=Remembered(doctor.left_behind))
 
 
-def _serve(arguments: Namespace, source: TreeSource, subject: Subject) -> None:
+def _serve(arguments: Namespace, tree_input: TreeInput, subject: Subject) -> None:
     """Serve pages until Ctrl-C."""
     from .serving import Serving
     token = secrets.token_urlsafe() if arguments.token == '' else arguments.token
     with Serving(subject, arguments.host, arguments.port or _PORT, subject.name,
                  token or '') as serving:
-        print(f'{NAME}: {source.name} is shown at {serving.url} (Ctrl-C to stop)', flush=True)
+        print(f'{NAME}: {tree_input.name} is shown at {serving.url} (Ctrl-C to stop)', flush=True)
         signals.wait()
 
 
-def _check_recording(source: TreeSource) -> None:
-    for sentence in source.damage():
+def _check_recording(tree_input: TreeInput) -> None:
+    for sentence in tree_input.damage():
         print(f'{NAME}: {sentence}', file=sys.stderr)
-    if not source.buffer.frames():
-        raise Cannot(f'{source.name} contains no transforms')
+    if not tree_input.buffer.frames():
+        raise Cannot(f'{tree_input.name} contains no transforms')
 
 
 def _check_address(host: str, port: int | None) -> None:

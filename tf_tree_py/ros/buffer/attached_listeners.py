@@ -15,7 +15,7 @@ from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.limited_log import IncidentLog
 
-from ..waiting.clock import ClockSource, ClockWatch
+from ..waiting.clock import ClockWatch, RosClock
 
 
 class NodeToSpin(Protocol):
@@ -64,7 +64,7 @@ class AttachedListeners:
 
     __bool__ = no_truth
 
-    def begin(self, clock: ClockSource, to_spin: NodeToSpin | None = None) -> None:
+    def begin(self, clock: RosClock, to_spin: NodeToSpin | None = None) -> None:
         """
         Follow the clock of a listener as long as it delivers transforms.
 
@@ -76,8 +76,8 @@ class AttachedListeners:
         self.watch.use_clock(clock)
         self._intake.read_clock_anew()
 
-    def end(self, clock: ClockSource, to_spin: NodeToSpin | None = None) -> None:
-        """Remove a listener; after the last one, release all waits that need a source."""
+    def end(self, clock: RosClock, to_spin: NodeToSpin | None = None) -> None:
+        """Remove a listener; after the last one, release all waits that need a listener."""
         is_last = not self._add(-1)
         if to_spin is not None:
             self._to_spin.remove(to_spin)

@@ -56,7 +56,7 @@ from ..messages.pose_covariances import (
     predicted_pose,
     PredictedPose,
 )
-from ..waiting.clock import ClockSource, ClockWatch, JUMP_BACK
+from ..waiting.clock import ClockWatch, JUMP_BACK, RosClock
 from ..waiting.deadlines import ClockDeadline
 from ..waiting.futures import TransformFuture
 from ..waiting.timeouts import Timeouts
@@ -127,7 +127,7 @@ class Buffer(CoreApi, BufferInterface):
         self.timeouts.check_spinning = self.feeds.check_spinning
         if node is not None:
             self.feeds.log_to(node.get_logger())
-            self._watch.use_clock(ClockSource(node.get_clock(), node.context))
+            self._watch.use_clock(RosClock(node.get_clock(), node.context))
             self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
         self.audit = LookupAudit(self, self.now) if audit else None
         if self.audit is not None:
@@ -189,7 +189,7 @@ class Buffer(CoreApi, BufferInterface):
 
     def use_clock(self, clock: Clock) -> None:
         """Follow a clock from now on: for timeouts, and to forget samples when it jumps back."""
-        self._watch.use_clock(ClockSource(clock))
+        self._watch.use_clock(RosClock(clock))
         self.intake.read_clock_anew()
 
     def _is_simulated(self) -> bool:

@@ -254,8 +254,8 @@ class Receiver:
         """Serve subscriptions until the thread is woken, when the node may have others."""
         events = [event for subscription in subscriptions
                   for event in cast('list[EventHandler]', subscription.event_handlers)]
-        sources = [(subscription, takes_info(subscription.callback))
-                   for subscription in subscriptions]
+        pairs = [(subscription, takes_info(subscription.callback))
+                 for subscription in subscriptions]
         handles = [subscription.handle for subscription in subscriptions]
         for entity in (self._wake.handle, *events, *handles):
             in_use.enter_context(entity)
@@ -270,14 +270,14 @@ class Receiver:
             for event in [event for event in events if event.is_ready(wait_set)]:
                 self._tell(event)
             last, before = time.monotonic(), last
-            taken = self._drain_all(sources)
+            taken = self._drain_all(pairs)
             busy = last - before < _BUSY_S and not woken and timeout
             for _ in range(_RESTS if busy else 0):
                 if not taken or self._closing:
                     break
                 # Let a few messages accumulate, unless a lookup waits for them.
                 self._rest(_REST_S)
-                taken = self._drain_all(sources)
+                taken = self._drain_all(pairs)
 
     def _work_on(self) -> int:
         """Do some of the longer work; return how long to wait then, nanoseconds."""
@@ -298,12 +298,12 @@ class Receiver:
         wait_set.add_guard_condition(self._wake.handle)
         wait_set.wait(timeout)
 
-    def _drain_all(self, sources: Iterable[tuple[Subscription, bool]]) -> int:
+    def _drain_all(self, pairs: Iterable[tuple[Subscription, bool]]) -> int:
         if not self._is_wanted():
             return 0
         # Not those that begin to wait during the reading.
         waiting = len(self._catching_up)
-        taken = sum(self._drain(*source) for source in sources)
+        taken = sum(self._drain(*each) for each in pairs)
         for _ in range(waiting):
             self._catching_up.popleft().set()
         return taken

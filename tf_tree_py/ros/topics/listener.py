@@ -37,7 +37,7 @@ from ..buffer.interface import check_is_ours, check_places
 from ..threads.backlog import Backlog
 from ..threads.internal_node import internal_node, is_alive, node_of_its_own, USE_SIM_TIME
 from ..threads.receiver import Receiver
-from ..waiting.clock import ClockSource
+from ..waiting.clock import RosClock
 
 NAME = 'transform_listener_impl'
 """The name of the small nodes of listeners, without its hidden prefix and random digits."""
@@ -112,8 +112,8 @@ class TransformListener(Closable):
         self._feeds = [Feed(buffer, self._home, topic, static, profile, names, self._spinner,
                             backlog if spin_thread and not static else None)
                        for topic, static, profile in resolved]
-        clock = ClockSource(self._home.get_clock(), node.context,
-                            functools.partial(clock_publishers, self._home))
+        clock = RosClock(self._home.get_clock(), node.context,
+                         functools.partial(clock_publishers, self._home))
         to_spin = None if spin_thread else self._spinner.check_from_now_on()
         buffer.feeds.begin(clock, to_spin)
         self._end_feed = functools.partial(buffer.feeds.end, clock, to_spin)

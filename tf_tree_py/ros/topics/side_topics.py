@@ -154,12 +154,12 @@ class CovarianceListener(_Listener):
         """
         rules = Covariances(child, edge, with_poses, planar)
         rules.check_type(_TYPE_NAMES.get(msg_type, repr(msg_type)))
-        source = _Source(self._buffer, topic, rules)
-        source.authority = self._topics.subscribe(
-            msg_type, topic, source.take, qos or sensor_qos())
+        covariances = _CovarianceTopic(self._buffer, topic, rules)
+        covariances.authority = self._topics.subscribe(
+            msg_type, topic, covariances.take, qos or sensor_qos())
 
 
-class _Source:
+class _CovarianceTopic:
     """One topic and the edge of its covariances."""
 
     def __init__(self, buffer: Buffer, topic: str, rules: Covariances) -> None:

@@ -48,7 +48,7 @@ _TO_AND_FRO, _TO_AND_FRO_S = 3, 5.0
 _FEW_ENDS = 64
 
 
-class ClockSource(NamedTuple):
+class RosClock(NamedTuple):
     """
     A clock, and what is known of it.
 
@@ -68,13 +68,13 @@ class _Followed:
     :ivar newest: the newest time that it has shown, nanoseconds.
     """
 
-    def __init__(self, source: ClockSource) -> None:
-        self.source = source
+    def __init__(self, clock: RosClock) -> None:
+        self.clock = clock
         self.newest = self.now() or 0
 
     def now(self) -> int | None:
         """Return the simulated time; None: it is not simulated, or its context has ended."""
-        clock = self.source.clock
+        clock = self.clock.clock
         if not _is_simulated(clock):
             return None
         # After its context has ended, the clock would never advance.
@@ -82,7 +82,7 @@ class _Followed:
 
     def has_ended(self) -> bool:
         """Return whether its context has ended."""
-        context = self.source.context
+        context = self.clock.context
         return context is not None and not is_running(context)
 
 
@@ -121,7 +121,7 @@ class ClockWatch:
         self._on_jump_back = on_jump_back
         self._jump_back = max(jump_back, 1)
         self._lock = fork_locks.lock()
-        self._sources: list[ClockSource] = []
+        self._clocks: list[RosClock] = []
         self._followed: _Followed | None = None
         self._handles: list[JumpHandle] = []
         # A clock has only a raw pointer to its jump handle, which ends with this object.
@@ -142,23 +142,23 @@ class ClockWatch:
         """Forget the waits of the parent process."""
         self._sleepers.clear()
 
-    def use_clock(self, source: ClockSource) -> None:
+    def use_clock(self, clock: RosClock) -> None:
         """Follow a clock from now on, as long as the context that drives it is alive."""
         with self._lock:
-            self._sources.append(source)
+            self._clocks.append(clock)
             self._attend()
 
-    def leave(self, source: ClockSource) -> None:
+    def leave(self, clock: RosClock) -> None:
         """Stop following a clock, and use the one before it again, if there is one."""
         with self._lock:
-            self._sources.remove(source)
+            self._clocks.remove(clock)
             self._attend()
 
     @property
     def clock(self) -> Clock | None:
         """Return the clock in use; None if there is none."""
         followed = self._followed  # read once: another thread may replace it
-        return None if followed is None else followed.source.clock
+        return None if followed is None else followed.clock.clock
 
     def simulated_now(self) -> int | None:
         """Return the simulated time in nanoseconds; None when time is not simulated."""
@@ -215,10 +215,10 @@ class ClockWatch:
     def _attend(self) -> None:
         """Use the newest clock, and receive jumps from that one only."""
         _unregister(self._handles)
-        followed = self._followed = _Followed(self._sources[-1]) if self._sources else None
+        followed = self._followed = _Followed(self._clocks[-1]) if self._clocks else None
         self.simulated = _is_simulated(self.clock)
         if followed is not None:
-            self._handles.append(followed.source.clock.create_jump_callback(
+            self._handles.append(followed.clock.clock.create_jump_callback(
                 _EVERY_TICK, post_callback=_weakly(self._on_tick, followed)))
         self._ends.reach(self.simulated_now())
 
@@ -240,7 +240,7 @@ class ClockWatch:
             self._ends.reach(now)
             # Last, because it may query the graph.
             if jump.delta.nanoseconds < 0 and not changed:
-                self._name_publishers(followed.source, -jump.delta.nanoseconds)
+                self._name_publishers(followed.clock, -jump.delta.nanoseconds)
 
     def _compare(self, now: int, followed: _Followed, jump: TimeJump) -> None:
         """Compare the time with the newest one that the clock has shown."""
@@ -251,7 +251,7 @@ class ClockWatch:
             followed.newest = now
             self._on_jump_back(TimeJump(jump.clock_change, Duration(nanoseconds=-back)))
 
-    def _name_publishers(self, source: ClockSource, back: int) -> None:
+    def _name_publishers(self, clock: RosClock, back: int) -> None:
         """
         Log once which nodes publish the time, if there are several and it goes to and fro.
 
@@ -266,7 +266,7 @@ class ClockWatch:
             return
         self._steps_back = []
         # A node that was restarted stays in the graph for a while, under the same name.
-        names = sorted(set(source.publishers()))
+        names = sorted(set(clock.publishers()))
         if len(names) > 1:
             self._steps_back = None
             _warn(f'/clock went back by {format_span(back)}, and {len(names)} nodes publish it: '

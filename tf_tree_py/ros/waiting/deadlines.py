@@ -107,7 +107,7 @@ class ClockDeadline:
 
     @property
     def released(self) -> bool:
-        """Return whether the last source of the awaited data has gone."""
+        """Return whether the last listener has gone."""
         return self._watch.released != self._released
 
     def _is_over(self) -> bool:

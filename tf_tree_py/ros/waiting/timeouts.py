@@ -129,7 +129,7 @@ class Wait(Generic[Answer]):
 
     @property
     def released(self) -> bool:
-        """Return whether the last source of the awaited data has gone."""
+        """Return whether the last listener has gone."""
         return self._deadline is not None and self._deadline.released
 
     @property

@@ -180,9 +180,9 @@ def reported(limits: Thresholds, path: Path, name: str) -> Result:
     """Return the doctor's report about a bag."""
     doctor = Doctor(limits, recorded=True)
     arguments = Namespace(bag=path, tf_topic=None, tf_static_topic=None)
-    with RecordedTree(arguments, [doctor], limits.cache_time) as source:
-        source.watch(None)
-        report, findings = judged(source, doctor)
+    with RecordedTree(arguments, [doctor], limits.cache_time) as tree_input:
+        tree_input.watch(None)
+        report, findings = judged(tree_input, doctor)
     report['source'] = name
     codes = dict.fromkeys(finding.code for finding in findings)
     row = {

@@ -41,23 +41,23 @@ _DEPTH = 100
 Estimator = Callable[[Tree, Namespace, Sequence[Observations]], Calibration]
 
 
-def recorded_live(source: Any, arguments: Namespace, estimated: Estimator) -> Calibration:
+def recorded_live(tree_input: Any, arguments: Namespace, estimated: Estimator) -> Calibration:
     """
     Return the calibration from the observations of some seconds, or until Ctrl-C.
 
     Every few seconds, standard error reports the unobservable directions, and how to move.
 
-    :param source: the live source of the tree.
+    :param tree_input: the live tree.
     :raises Cannot: the type of a topic is not installed.
     :raises CalibrationError: a topic was not published; or see ``calibrate``.
     """
-    collector = _Collector(source, arguments)
+    collector = _Collector(tree_input, arguments)
     try:
         with suppress(KeyboardInterrupt):
             _watch(collector, arguments, estimated)
-        check_edges(source.buffer, [(parent, child) for parent, child in arguments.edge])
+        check_edges(tree_input.buffer, [(parent, child) for parent, child in arguments.edge])
         collector.check()
-        return estimated(source.buffer.snapshot(), arguments, collector.sets())
+        return estimated(tree_input.buffer.snapshot(), arguments, collector.sets())
     finally:
         collector.close()
 
@@ -96,24 +96,24 @@ class _Collector:
     :ivar buffer: the live tree.
     """
 
-    def __init__(self, source: Any, arguments: Namespace) -> None:
-        self.buffer = source.buffer
-        self._source, self._fixed_in = source, arguments.fixed_in
+    def __init__(self, tree_input: Any, arguments: Namespace) -> None:
+        self.buffer = tree_input.buffer
+        self._tree_input, self._fixed_in = tree_input, arguments.fixed_in
         self._known = dict(arguments.known)
         self._frames = [name.removeprefix(FRAME) for name in arguments.observations
                         if name.startswith(FRAME)]
         self._missing = {name for name in arguments.observations if not name.startswith(FRAME)}
         self._found: dict[str, list[Detection]] = {}
         self._lock = threading.Lock()
-        self._topics = SideTopics(self, source.node, 'observations_impl')
+        self._topics = SideTopics(self, tree_input.node, 'observations_impl')
 
     def look(self) -> None:
         """Subscribe to the topics that have appeared."""
         if not self._missing:
             return
-        for topic, types in self._source.node.get_topic_names_and_types():
+        for topic, types in self._tree_input.node.get_topic_names_and_types():
             for name in [each for each in self._missing
-                         if self._source.node.resolve_topic_name(each) == topic]:
+                         if self._tree_input.node.resolve_topic_name(each) == topic]:
                 check_type(types[0])
                 self._missing.discard(name)
                 with self._lock:

@@ -85,7 +85,7 @@ class Playhead:
         self._begin(tree, live)
 
     def _begin(self, tree: AllQueries, live: bool) -> None:
-        self._source = self.tree = tree
+        self._given = self.tree = tree
         self.has_live = self.live = live
         self.playing = False
         self._stamps: dict[str, Stamps] = {}
@@ -95,7 +95,7 @@ class Playhead:
 
     def use(self, tree: AllQueries, live: bool) -> None:
         """Show another tree; if it is the same, do nothing."""
-        if tree is not self._source:
+        if tree is not self._given:
             self._begin(tree, live)
 
     def window(self) -> tuple[int, int]:
@@ -120,7 +120,7 @@ class Playhead:
     def go_live(self) -> None:
         """Follow the newest moment, if the tree is live."""
         if self.has_live:
-            self.tree = self._source
+            self.tree = self._given
             self.live, self.playing = True, False
             self._stamps.clear()
 
@@ -129,7 +129,7 @@ class Playhead:
         self.playing = False
         if self.live:
             self.live = False
-            self.tree = self._source.snapshot()
+            self.tree = self._given.snapshot()
 
     def play(self) -> None:
         """Play from the present moment, or from the beginning if it is the last one."""

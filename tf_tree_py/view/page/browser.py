@@ -115,5 +115,5 @@ class Browser:
             self._query = query
             self._opened(query)
 
-    def _run(self, source: str) -> None:
-        self._client.gui._websock_interface.queue_message(RunJavascriptMessage(source))
+    def _run(self, script: str) -> None:
+        self._client.gui._websock_interface.queue_message(RunJavascriptMessage(script))

@@ -29,7 +29,7 @@ from ..panels.sensors_panel import SensorsPanel
 from ..scene.scene import Appearance, Scene
 from ..scene.sensor_points import Seen
 from ..sensors.readings import Pixels, placed, Reading
-from ..sensors.sensor_source import SensorSource
+from ..sensors.sensors import Sensors
 from ..subject import Subject
 
 # The number of messages that make up a trail, such as that of an odometry.
@@ -43,8 +43,8 @@ class SensorView:
     :ivar missing: what cannot be shown at the moment, one sentence each.
     """
 
-    def __init__(self, source: SensorSource, panel: SensorsPanel) -> None:
-        self._source, self._panel = source, panel
+    def __init__(self, sensors: Sensors, panel: SensorsPanel) -> None:
+        self._sensors, self._panel = sensors, panel
         self.missing: list[str] = []
         self._image: Pixels | None = None
 
@@ -57,7 +57,7 @@ class SensorView:
         return seen
 
     def _of_topic(self, tree: AllQueries, moment: Moment, topic: str) -> Seen | None:
-        reading = self._source.reading(topic, moment.stamp)
+        reading = self._sensors.reading(topic, moment.stamp)
         if reading is None or reading.problem:
             problem = 'no message at or before this stamp' if reading is None else reading.problem
             self.missing.append(f'{topic}: {problem}')
@@ -66,7 +66,7 @@ class SensorView:
             self._image = reading.image
             return None
         if reading.is_line and len(reading.points) == 1:
-            return self._trail(tree, moment, self._source.trail(topic, moment.stamp, _TRAIL))
+            return self._trail(tree, moment, self._sensors.trail(topic, moment.stamp, _TRAIL))
         points = placed(tree, moment.fixed_frame, reading, self._panel.at_newest)
         if points is None:
             self.missing.append(f'{topic}: no transform from {reading.frame!r} at its stamp')

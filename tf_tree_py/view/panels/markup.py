@@ -64,11 +64,11 @@ def style_of_cards(chosen: int | None) -> str:
     return f'<style>{_STYLE}{rule}</style><div class="tf-cards"></div>'
 
 
-def status(source: str, text: str) -> str:
-    """Return the source of the tree, and the moment that the page shows."""
+def status(tree_name: str, text: str) -> str:
+    """Return the name of the tree, and the moment that the page shows."""
     # The title of the panel cuts long names off.
-    name = '' if len(source) <= _HEAD else (
-        f'<div style="{_PADDING} overflow-wrap: anywhere;">{html.escape(source)}</div>')
+    name = '' if len(tree_name) <= _HEAD else (
+        f'<div style="{_PADDING} overflow-wrap: anywhere;">{html.escape(tree_name)}</div>')
     return (f'{name}<div class="tf-status" style="{_PADDING}"><b>{html.escape(text)}</b></div>')
 
 

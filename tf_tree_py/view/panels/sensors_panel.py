@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from . import markup
 from .control_events import Apply, GuiApi, when_changed
-from ..sensors.sensor_source import SensorSource
+from ..sensors.sensors import Sensors
 
 _NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections or images'
 
@@ -25,9 +25,9 @@ _NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections 
 class SensorsPanel:
     """The controls of the sensor topics on one page."""
 
-    def __init__(self, gui: GuiApi, source: SensorSource, apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, sensors: Sensors, apply: Apply) -> None:
         """Make the controls."""
-        self._gui, self._source, self._apply = gui, source, apply
+        self._gui, self._sensors, self._apply = gui, sensors, apply
         self._note = gui.add_html(markup.note(_NONE))
         self._newest = gui.add_checkbox(
             'at the newest transform', False, hint='Instead of the one at the stamp of each '
@@ -53,7 +53,7 @@ class SensorsPanel:
         :param missing: what cannot be shown, one sentence each.
         """
         with self._folder:
-            for topic in self._source.topics():
+            for topic in self._sensors.topics():
                 if topic not in self._boxes:
                     self._boxes[topic] = box = self._gui.add_checkbox(topic, False)
                     when_changed(box, self._apply, partial(self._switch, topic))
@@ -73,13 +73,13 @@ class SensorsPanel:
     def close(self) -> None:
         """Release all topics."""
         for topic in self.wanted():
-            self._source.release(topic, self)
+            self._sensors.release(topic, self)
 
     def _switch(self, topic: str) -> None:
         if self._boxes[topic].value:
-            self._source.want(topic, self)
+            self._sensors.want(topic, self)
         else:
-            self._source.release(topic, self)
+            self._sensors.release(topic, self)
 
 
 # --- saving

@@ -23,18 +23,18 @@ _STEP_S: Final = 0.001
 class Timeline:
     """The controls that select the moment of one page."""
 
-    def __init__(self, gui: GuiApi, playhead: Playhead, source: str, apply: Apply) -> None:
+    def __init__(self, gui: GuiApi, playhead: Playhead, tree_name: str, apply: Apply) -> None:
         """
         Make the controls.
 
         :param playhead: the moment that the controls change.
-        :param source: the name of the tree's source.
+        :param tree_name: of the tree's input.
         :param apply: calls an action between two pictures.
         """
         self._playhead = playhead
         self._chosen: str | None = None
-        self._source = source
-        self._status = gui.add_html(markup.status(source, 'waiting for transforms'))
+        self._tree_name = tree_name
+        self._status = gui.add_html(markup.status(tree_name, 'waiting for transforms'))
         self._slider = gui.add_slider(
             'time [s]', min=0.0, max=1.0, step=_STEP_S, initial_value=0.0,
             hint='Seconds since the oldest sample in memory. Moving the slider pauses. Marks '
@@ -64,7 +64,7 @@ class Timeline:
         if self._buttons.options != self._names():
             self._buttons.options = self._names()
         self._mark([(stamp - oldest) / 1e9 for stamp in incidents if oldest <= stamp <= latest])
-        self._status.content = markup.status(self._source, self._state(moment, remark, age_s))
+        self._status.content = markup.status(self._tree_name, self._state(moment, remark, age_s))
 
     def _mark(self, seconds: Sequence[float]) -> None:
         marks = tuple(GuiSliderMark(value=at, label=None) for at in seconds)

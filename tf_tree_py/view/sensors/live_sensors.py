@@ -17,13 +17,13 @@ from tf_tree_py.ros.topics.qos import sensor_qos, static_listener_qos
 from tf_tree_py.ros.topics.side_topics import SideTopics
 
 from .readings import is_known, Reading, reading_of
-from .sensor_source import Recent, SensorSource
+from .sensors import Recent, Sensors
 
 _KEPT = 300
 _DESCRIBED = 'robot_description'
 
 
-class LiveSensors(SensorSource):
+class LiveSensors(Sensors):
     """
     The sensor messages of topics.
 

@@ -17,7 +17,7 @@ from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.times import Stamps
 
 from .readings import is_known, Reading, reading_of
-from .sensor_source import SensorSource
+from .sensors import Sensors
 
 # Messages stay in memory as bytes. Of a topic with more bytes, only every second message is kept,
 # or every fourth, and so on.
@@ -31,7 +31,7 @@ class _Topic(NamedTuple):
     messages: list[tuple[Connection, bytes]]
 
 
-class RecordedSensors(SensorSource):
+class RecordedSensors(Sensors):
     """
     The sensor messages of one bag. A topic is read on first use.
 

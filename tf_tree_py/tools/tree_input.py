@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The source of a tool's tree: a live system, a recording, or a fleet; and the arguments for it.
+The input of a tool: a live system, a recording, or a fleet; and the arguments for it.
 
 Only this file depends on which of them it is. Only a live system needs ROS.
 """
@@ -26,8 +26,8 @@ _TOPICS = """\
 ROS remappings of topics and names: --ros-args -r /tf:=/robot1/tf, -r __ns:=/robot1"""
 
 
-def add_source(parser: Parser) -> None:
-    """Add the arguments for the source of the tree: see ``tree_source.TreeSource``."""
+def add_input(parser: Parser) -> None:
+    """Add the arguments for the input of a tool: see ``tree_input.TreeInput``."""
     parser.epilog = f'{parser.epilog}\n\n{_TOPICS}'
     group = parser.add_argument_group('where the tree comes from')
     group.add_argument('--bag', metavar='PATH',
@@ -48,16 +48,16 @@ def add_source(parser: Parser) -> None:
                        help='the topic of static transforms (default: /tf_static)')
 
 
-def check_source(arguments: argparse.Namespace) -> None:
+def check_input(arguments: argparse.Namespace) -> None:
     """
-    Check that the arguments name one source.
+    Check that the arguments name one input.
 
     :raises Cannot: they name two.
     """
     given = [f'--{name}' for name in ('bag', 'fleet', 'fleet-config')
              if getattr(arguments, name.replace('-', '_')) is not None]
     if '--bag' in given and len(given) > 1:
-        raise Cannot(f'{" and ".join(given)} cannot be used together: give one source')
+        raise Cannot(f'{" and ".join(given)} cannot be used together: give one of them')
 
 
 def frame(text: str) -> str:
@@ -84,11 +84,11 @@ def stamp(text: str) -> int:
     return int(seconds.scaleb(9).to_integral_value())
 
 
-# --- the source
+# --- the input
 
-class TreeSource(Protocol):
+class TreeInput(Protocol):
     """
-    A source of a tree.
+    What a tool reads its tree from.
 
     :ivar name: its description, for people.
     """
@@ -129,28 +129,28 @@ class TreeSource(Protocol):
 
 
 @contextmanager
-def open_source(arguments: Namespace, name: str, observers: Sequence[Observer] = (), *,
-                cache_time: int = UNLIMITED, live_cache_time: int | None = None
-                ) -> Iterator[TreeSource]:
+def open_input(arguments: Namespace, name: str, observers: Sequence[Observer] = (), *,
+               cache_time: int = UNLIMITED, live_cache_time: int | None = None
+               ) -> Iterator[TreeInput]:
     """
-    Open the source that the arguments of ``add_source`` name.
+    Open the input that the arguments of ``add_input`` name.
 
-    From here on Ctrl-C raises ``KeyboardInterrupt``, so that the source is closed.
+    From here on Ctrl-C raises ``KeyboardInterrupt``, so that the input is closed.
 
     :param name: of the tool, and of its node if there is one.
     :param observers: observe the buffer from the first message on.
     :param cache_time: the length of the history of a recording's buffer, nanoseconds.
     :param live_cache_time: likewise of a live buffer; a node's default unless given.
-    :raises Cannot: there is no such recording, no such fleet, no ROS, or there are two sources.
+    :raises Cannot: there is no such recording, no such fleet, no ROS, or there are two inputs.
     """
-    check_source(arguments)
-    with _opened(arguments, name, observers, cache_time, live_cache_time) as source:
+    check_input(arguments)
+    with _opened(arguments, name, observers, cache_time, live_cache_time) as tree_input:
         signals.raise_interrupts()
-        yield source
+        yield tree_input
 
 
 def _opened(arguments: Namespace, name: str, observers: Sequence[Observer], cache_time: int,
-            live_cache_time: int | None) -> AbstractContextManager[TreeSource]:
+            live_cache_time: int | None) -> AbstractContextManager[TreeInput]:
     if arguments.bag is not None:
         from .recorded_tree import RecordedTree
         return RecordedTree(arguments, observers, cache_time)
@@ -165,7 +165,7 @@ def _opened(arguments: Namespace, name: str, observers: Sequence[Observer], cach
     return LiveTree(arguments, name, observers, cache_time=live_cache_time)
 
 
-def nothing_arrived(source: TreeSource) -> Cannot:
-    """Return the error for a source without any transform."""
-    damage = ''.join(f'; {sentence}' for sentence in source.damage())
-    return Cannot(f'no transform arrived from {source.name}{damage or f": {source.hint}"}')
+def nothing_arrived(tree_input: TreeInput) -> Cannot:
+    """Return the error for an input without any transform."""
+    damage = ''.join(f'; {sentence}' for sentence in tree_input.damage())
+    return Cannot(f'no transform arrived from {tree_input.name}{damage or f": {tree_input.hint}"}')

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The source from which a page gets sensor messages."""
+"""The sensor messages that a page shows."""
 
 from bisect import bisect_right
 from collections import deque
@@ -10,9 +10,9 @@ import threading
 from .readings import Reading
 
 
-class SensorSource:
+class Sensors:
     """
-    A source of sensor messages. Only topics that a page wants are read.
+    Sensor messages. Only topics that a page wants are read.
 
     This one has no topics; those of a bag and of a running system derive from it.
     """
