@@ -21,11 +21,11 @@ class PointsWithTransforms(Node):
         self.buffer = Buffer(node=self)
         self.listener = TransformListener(self.buffer, self)
         self.filter = MessageFilter(
-            self.buffer, self, 'world', self.take, timeout=Duration(seconds=1.0),
+            self.buffer, self, 'world', self.receive, timeout=Duration(seconds=1.0),
             on_drop=lambda point, drop, why: self.get_logger().warning(f'{drop.name}: {why}'))
         self.filter.subscribe(PointStamped, 'detection')
 
-    def take(self, message, world_T_sensor):
+    def receive(self, message, world_T_sensor):
         p = message.point
         x, y, z = as_pose(world_T_sensor) @ (p.x, p.y, p.z)
         self.get_logger().info(f'Point at ({x:.3f}, {y:.3f}, {z:.3f}) in the world')

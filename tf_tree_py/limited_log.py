@@ -77,7 +77,7 @@ class _Flow:
         return not self.omitted and now >= max(
             self.line_at + _APART_S, self.count_at, *self.shown.values())
 
-    def take_count(self, what: str, now: float) -> str:
+    def pop_count(self, what: str, now: float) -> str:
         """Return how many messages were not written, as text, and begin to count again."""
         count, examples = self.omitted, '; '.join(map(printable, self.examples))
         text = f'{count} more {what} in {max(now - self.line_at, 0.0):.1f} s'
@@ -142,7 +142,7 @@ class LimitedLog:
             if admitted:
                 line = shorten(_escaped(text() if callable(text) else text), _LONGEST_LINE)
                 if flow.omitted:
-                    line += f' ({flow.take_count(f"of this kind{_by(known)}", now)})'
+                    line += f' ({flow.pop_count(f"of this kind{_by(known)}", now)})'
                 flow.line_at = now
                 lines.append(line)
         self._put_all(lines)
@@ -166,7 +166,7 @@ class LimitedLog:
         flows, lines = self._flows[kind], []
         for sender, flow in list(flows.items()):
             if flow.owes_count(now):
-                lines.append(flow.take_count(f'like this{_by(sender)}: {kind},', now))
+                lines.append(flow.pop_count(f'like this{_by(sender)}: {kind},', now))
                 flow.count_at = now + _PERIOD_S
             elif flow.has_ended(now):
                 del flows[sender]

@@ -83,7 +83,7 @@ class DeadBand:
 
     def offer(self, samples: Iterable[Sample], now: int) -> list[Sample]:
         """
-        Take samples, and return those to send, those of each frame in the order of their stamps.
+        Accept samples, and return those to send, those of each frame in the order of their stamps.
 
         :param now: nanoseconds of a clock that never goes back.
         """
@@ -156,7 +156,7 @@ class RateLimit:
 
     def offer(self, samples: Iterable[Sample], now: int) -> list[Sample]:
         """
-        Take samples, and return those to send at once.
+        Accept samples, and return those to send at once.
 
         :param now: nanoseconds of a clock that never goes back.
         """
@@ -240,7 +240,7 @@ class Thinner:
 
     def offer(self, samples: Collection[Sample], now: int) -> Collection[Sample]:
         """
-        Take samples, and return those to send at once.
+        Accept samples, and return those to send at once.
 
         :param now: nanoseconds of a clock that never goes back.
         """
@@ -278,7 +278,7 @@ class MovingSender:
     """
     Sends moving transforms, thinned out.
 
-    ``take`` is thread-safe. Samples that must wait are sent by an internal thread, which
+    ``offer`` is thread-safe. Samples that must wait are sent by an internal thread, which
     sleeps while none waits.
     """
 
@@ -299,8 +299,8 @@ class MovingSender:
             turn = self._thinning.next_turn
             return math.inf if turn is None else turn
 
-    def take(self, samples: Collection[Sample]) -> None:
-        """Take samples, and send each at once, at its frame's turn, or not at all."""
+    def offer(self, samples: Collection[Sample]) -> None:
+        """Accept samples, and send each at once, at its frame's turn, or not at all."""
         with self._changed:
             if self._closed:
                 return
@@ -338,7 +338,7 @@ class StaticSender:
         self._lock = threading.Lock()
         self._latest: dict[str, Sample] = {}
 
-    def take(self, samples: Collection[Sample]) -> None:
+    def offer(self, samples: Collection[Sample]) -> None:
         """Send all samples, after replacing those of the same children by these."""
         with self._lock:
             for sample in samples:

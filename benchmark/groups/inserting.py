@@ -118,13 +118,13 @@ class _Turn:
         peer.reset(robot, _HISTORY_S)
         self._buffer = peer.buffer
         self._samples = itertools.count()
-        self._take(200)
+        self._insert(200)
 
     def __call__(self) -> float:
         """Return the seconds per transform."""
-        return self._take(self._messages)
+        return self._insert(self._messages)
 
-    def _take(self, count: int) -> float:
+    def _insert(self, count: int) -> float:
         messages = [self._make(self._edges, sample)
                     for sample in itertools.islice(self._samples, count)]
         buffer, insert = self._buffer, self._insert
@@ -142,7 +142,7 @@ def _message_at(edges: list[motion.Edge], sample: int) -> TFMessage:
 
 def _insert_message(buffer: Buffer, message: TFMessage) -> None:
     samples = [as_sample(transform) for transform in message.transforms]
-    buffer.feeds.note(buffer.intake.take(samples, DEFAULT_AUTHORITY, False))
+    buffer.feeds.note(buffer.intake.insert(samples, DEFAULT_AUTHORITY, False))
 
 
 def _bytes_inserter(frame_filter: Collection[str] | None = None

@@ -198,7 +198,7 @@ class _Tree:
     def hear(self, seen: Seen) -> Verdict:
         """Take a sighting, whose odometry has arrived."""
         odom_T_base = self._buffer.lookup('odom', 'base', seen.stamp)
-        return self.anchor.take(Sighting(
+        return self.anchor.update(Sighting(
             seen.stamp, Pose._make(seen.pose), seen.covariance, odom_T_base, _CERTAIN))
 
     def publish(self, now: int, uncertain: bool) -> tuple[Pose, Pose]:

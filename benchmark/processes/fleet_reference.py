@@ -30,7 +30,7 @@ class Ages:
         self._ages: list[tuple[float, float]] = []
         threading.Thread(target=self._look, daemon=True).start()
 
-    def take(self, sample: zenoh.Sample) -> None:
+    def receive(self, sample: zenoh.Sample) -> None:
         """Store the stamp of a message."""
         seconds, nanoseconds = _FIRST_STAMP.unpack_from(sample.payload.to_bytes())
         self._newest[str(sample.key_expr)] = seconds + 1e-9 * nanoseconds
@@ -51,5 +51,5 @@ class Ages:
 if __name__ == '__main__':
     ages = Ages()
     with open_session(configuration(sys.argv[1]), 10.0) as session:
-        subscriber = session.declare_subscriber(sys.argv[2], ages.take)
+        subscriber = session.declare_subscriber(sys.argv[2], ages.receive)
         serve({'looks': ages.looks})

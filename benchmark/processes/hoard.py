@@ -31,9 +31,9 @@ _FOREVER_S = 1e6
 def hoard(samples: int) -> float:
     """Return the bytes of memory per sample, measured with this number of samples."""
     feed = _Feed(_EDGES, cache_s=1e6)
-    feed.take(samples // _EDGES // 100)
+    feed.insert(samples // _EDGES // 100)
     before, taken = resident_bytes(), feed.taken
-    feed.take(samples // _EDGES - taken // _EDGES)
+    feed.insert(samples // _EDGES - taken // _EDGES)
     return (resident_bytes() - before) / (feed.taken - taken)
 
 
@@ -86,7 +86,7 @@ def traffic(seconds: int) -> list[int]:
     feed = _Feed(_TRANSFORMS, cache_s=10.0)
     resident = []
     for _ in range(seconds):
-        feed.take(_RATE_HZ)
+        feed.insert(_RATE_HZ)
         resident.append(resident_bytes())
     return resident
 
@@ -108,7 +108,7 @@ class _Feed:
         self._reader = WireReader()
         self._sent = 0
 
-    def take(self, messages: int) -> None:
+    def insert(self, messages: int) -> None:
         """Insert this number of further messages."""
         period = 1_000_000_000 // _RATE_HZ
         for _ in range(messages):

@@ -50,7 +50,7 @@ def arrival(connection, transforms, data=None):
 
 def assembled(arrivals, cache_time=UNLIMITED, decoder=None):
     result = Assembler(decoder or Decoder(), cache_time)
-    result.take(arrivals)
+    result.assemble(arrivals)
     return result
 
 
@@ -80,8 +80,8 @@ def ways(arrivals, before=()):
     """Return how many messages were inserted singly, and how many edges as a block."""
     result = assembled(before)
     with calls() as of:
-        result.take(arrivals)
-        counted = of(Intake.take_batch), of(Intake.take_track)
+        result.assemble(arrivals)
+        counted = of(Intake.insert_batch), of(Intake.insert_track)
     return counted
 
 
@@ -144,7 +144,7 @@ def test_static_message_that_is_sent_again_interrupts_nothing():
     messages = [each for pair in zip(static, stream(), strict=True) for each in pair]
     with calls() as of:
         assembled(messages)
-        assert of(Intake.take_track) == 2
+        assert of(Intake.insert_track) == 2
         assert 0 < of(Tree.history_to_extend) < 9
 
 

@@ -38,7 +38,7 @@ def test_block_has_the_result_of_single_messages(pairs):
         ('map', 'odom', number, first, ONE), ('odom', 'base', number, second, ONE)]))
         for number, (first, second) in enumerate(pairs)]
     together, buffer = Assembler(Decoder(), UNLIMITED), BufferCore(UNLIMITED)
-    together.take(arrivals)
+    together.assemble(arrivals)
     for each in arrivals:
         buffer.insert_batch(Decoder().read(each), TF.authority)
     ours, theirs = saved_tree(together.tree), saved_tree(buffer.intake.tree)

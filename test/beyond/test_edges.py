@@ -84,8 +84,8 @@ def aided_by_a_gyroscope():
     """Return a history whose child rotated back and forth between its poses."""
     history, gyroscope = aided(None, 'child', WINDOW)
     stamps = np.arange(10, 50)
-    gyroscope.take_rates(stamps, 1e8 * np.stack([np.sin(stamps), 0 * stamps, 0.1 + 0 * stamps], 1),
-                         None, math.inf)
+    rates = 1e8 * np.stack([np.sin(stamps), 0 * stamps, 0.1 + 0 * stamps], 1)
+    gyroscope.insert_rates(stamps, rates, None, math.inf)
     return history
 
 

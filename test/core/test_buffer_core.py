@@ -262,7 +262,7 @@ def test_what_was_taken_before_something_broke_is_counted_and_wakes(broken, stat
             lambda: woken.append(True)).ask()
     before = buffer.statistics().accepted
     with pytest.raises((TypeError, ValueError)):
-        buffer.intake.take([Sample('map', 'base', 11, Pose()), broken], 'test', static)
+        buffer.intake.insert([Sample('map', 'base', 11, Pose()), broken], 'test', static)
     assert buffer.statistics().accepted == before + 1
     assert woken == [True]
 

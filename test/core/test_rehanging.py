@@ -39,7 +39,7 @@ class Oracle:
         self.samples = {}
         self.ends = set()
 
-    def take(self, parent, child, stamp, pose):
+    def insert(self, parent, child, stamp, pose):
         samples = self.samples.setdefault(child, [])
         samples.insert(bisect_right([kept for kept, *_ in samples], stamp), (stamp, parent, pose))
         self.ends.discard((child, stamp))
@@ -125,7 +125,7 @@ def fed(arrivals, cache_time):
         if any(incident.kind is Kind.SILENT_EDGE_ENDED for incident in told):
             for gone in before - {edge.child for edge in buffer.edges()}:
                 oracle.end(gone)
-        oracle.take(parent, child, stamp, pose)
+        oracle.insert(parent, child, stamp, pose)
     return buffer, oracle
 
 

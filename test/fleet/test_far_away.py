@@ -51,7 +51,7 @@ ROBOT = f"""
     # were sent.
     for line in sys.stdin:
         if line.strip():
-            static.take([Sample('base', line.strip(), 0, Pose(x=2.0))])
+            static.offer([Sample('base', line.strip(), 0, Pose(x=2.0))])
         print(json.dumps(stamps), flush=True)
     ended.set()
     driving.join()

@@ -92,17 +92,17 @@ def test_history_beyond_a_channel_does_not_stop_a_late_listener(
 def test_program_that_ends_while_the_past_arrives_can_close_the_listener(
         listen, robot, monkeypatch, caplog):
     """Python starts no more threads then, so nothing takes the messages out of the channel."""
-    one, begin = robot('robot7', history=100), connection.WorkerThreads.take_all
+    one, begin = robot('robot7', history=100), connection.WorkerThreads.receive_all
     for number in range(100):
         one.send(message(('map', 'base', number), stamp=SECOND + number))
 
-    def take_all(self, handler, take, what):
+    def receive_all(self, handler, receive, what):
         if what.endswith('/tf'):
             raise RuntimeError("can't create new thread at interpreter shutdown")
-        begin(self, handler, take, what)
+        begin(self, handler, receive, what)
 
     monkeypatch.setattr(connection, 'WAITING', 1)
-    monkeypatch.setattr(connection.WorkerThreads, 'take_all', take_all)
+    monkeypatch.setattr(connection.WorkerThreads, 'receive_all', receive_all)
     listener = listen(cache_time=UNLIMITED)
     until(lambda: 'cannot receive' in caplog.text)
     listener.close()

@@ -121,7 +121,7 @@ def sample(number):
 
 def filled(gap, *numbers):
     for number in numbers:
-        gap.take(sample(number))
+        gap.receive(sample(number))
 
 
 def test_gap_takes_each_message_once_and_ends_with_one_behind_it():
@@ -134,7 +134,7 @@ def test_gap_takes_each_message_once_and_ends_with_one_behind_it():
     filled(gap, 5, 6, 8)
     assert found == [5, 6, 8] and gap.ended
     filled(gap, 9, 10)
-    gap.take(SimpleNamespace(source_info=None))
+    gap.receive(SimpleNamespace(source_info=None))
     assert found == [5, 6, 8]
 
 
@@ -228,7 +228,7 @@ class Wanted:
     def __init__(self, robot, key):
         self.robot, self.selector, self.tries, self.ended = robot, key, 0, False
 
-    def take(self, sample):
+    def receive(self, sample):
         self.ended = True
 
 

@@ -19,7 +19,7 @@ def test_waiting_is_bounded_and_in_order(events, costs):
     for event in events:
         if event is None:
             if any(waiting.values()):
-                robot, item = inbox.take()
+                robot, item = inbox.pop()
                 assert item == waiting[robot].pop(0)
                 out.append(item)
                 inbox.charge(robot, costs[len(out) % len(costs)])
@@ -32,7 +32,7 @@ def test_waiting_is_bounded_and_in_order(events, costs):
         sizes = [sum(size + 500 for _, size in line) for line in waiting.values()]
         assert max(sizes) <= 10_000 and sum(sizes) <= 25_000
     while any(waiting.values()):
-        robot, item = inbox.take()
+        robot, item = inbox.pop()
         assert item == waiting[robot].pop(0)
         inbox.charge(robot, 1.0)
 
@@ -44,7 +44,7 @@ def test_robots_that_wait_get_equal_time_whatever_their_messages_cost(costs):
         for number in range(1_000):
             inbox.put(robot, number, 1)
     for _ in range(500):
-        robot, _ = inbox.take()
+        robot, _ = inbox.pop()
         served[robot] += costs[robot]
         inbox.charge(robot, costs[robot])
     assert max(served.values()) - min(served.values()) <= max(costs.values()) + 1e-6
@@ -55,26 +55,26 @@ def test_robot_that_comes_is_served_next_though_another_has_much_waiting():
     for number in range(1_000):
         inbox.put('evil', number, 1)
     for _ in range(10):
-        assert inbox.take()[0] == 'evil'
+        assert inbox.pop()[0] == 'evil'
         inbox.put('good', 'news', 1)  # while the other is decoded
         inbox.charge('evil', 1.0)
-        assert inbox.take() == ('good', 'news')
+        assert inbox.pop() == ('good', 'news')
         inbox.charge('good', 0.001)
 
 
 def test_robot_that_was_away_has_saved_nothing_up():
     inbox = Inbox(10**9)
     inbox.put('away', 0, 1)
-    inbox.charge(inbox.take()[0], 0.1)
+    inbox.charge(inbox.pop()[0], 0.1)
     for number in range(100):
         inbox.put('busy', number, 1)
-        inbox.charge(inbox.take()[0], 1.0)
+        inbox.charge(inbox.pop()[0], 1.0)
     for number in range(10):
         inbox.put('away', number, 1)
         inbox.put('busy', number, 1)
     order = []
     for _ in range(10):
-        order.append(inbox.take()[0])
+        order.append(inbox.pop()[0])
         inbox.charge(order[-1], 1.0)
     assert 4 <= order.count('busy') <= 6
 
@@ -91,7 +91,7 @@ def test_who_waits_for_a_message_gets_it_and_ends_with_the_inbox():
     inbox, taken = Inbox(10**9), []
 
     def work():
-        while (one := inbox.take()) is not None:
+        while (one := inbox.pop()) is not None:
             taken.append(one)
             inbox.charge(one[0], 0.0)
             if len(taken) == 2:
@@ -102,4 +102,4 @@ def test_who_waits_for_a_message_gets_it_and_ends_with_the_inbox():
     inbox.put('a', 1, 1)
     inbox.put('a', 2, 1)
     thread.join()
-    assert taken == [('a', 1), ('a', 2)] and inbox.take() is None
+    assert taken == [('a', 1), ('a', 2)] and inbox.pop() is None

@@ -169,11 +169,11 @@ def test_keys_of_nobody_are_not_remembered():
 
     tracemalloc.start()
     try:
-        reception.take(sample(0))
+        reception.receive(sample(0))
         gc.collect()
         before, _ = tracemalloc.get_traced_memory()
         for number in range(3_000):
-            reception.take(sample(number))
+            reception.receive(sample(number))
         gc.collect()
         after, _ = tracemalloc.get_traced_memory()
     finally:

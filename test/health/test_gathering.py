@@ -133,8 +133,8 @@ class Gathering(RuleBasedStateMachine):
         self.doctors[0].findings()
 
     @rule()
-    def take_recent(self):
-        one, other = (doctor.take_recent() for doctor in self.doctors)
+    def pop_recent(self):
+        one, other = (doctor.pop_recent() for doctor in self.doctors)
         assert one.keys() == other.keys()
         for edge, recent in one.items():
             mean = pytest.approx(other[edge].mean_delay, rel=1e-12)
@@ -159,7 +159,7 @@ def test_layouts_that_a_program_invents_do_not_eat_the_memory():
     doctor, number = Doctor(), 0
     pose = pack_pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     with calls() as of:
-        while not of(MessageColumns.take):
+        while not of(MessageColumns.pop):
             edges = [('map', f'child{number}'), ('map', f'other{number}')]
             doctor.received(ReceivedMessage(Batch(edges, [1, 1], [pose, pose]), 1, '/tf'))
             number += 1

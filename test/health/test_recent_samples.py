@@ -39,7 +39,7 @@ def test_count_and_delays_of_each_edge(buffer, doctor, clock):
     for late in (3, 1, -2):
         buffer.insert('map', 'odom', clock.now - late * SECOND, Pose())
     buffer.insert('odom', 'base', clock.now, Pose())
-    taken = doctor.take_recent()
+    taken = doctor.pop_recent()
     assert list(taken) == [('map', 'odom'), ('odom', 'base')]
     odom = taken['map', 'odom']
     assert (odom.count, odom.timed) == (3, 3)
@@ -51,8 +51,8 @@ def test_count_and_delays_of_each_edge(buffer, doctor, clock):
 
 def test_taking_begins_anew_and_the_record_goes_on(buffer, doctor, clock):
     buffer.insert('map', 'odom', clock.now, Pose())
-    doctor.take_recent()
-    assert doctor.take_recent() == {}
+    doctor.pop_recent()
+    assert doctor.pop_recent() == {}
     assert [one.count for one in doctor.signs()] == [1]
 
 
@@ -62,7 +62,7 @@ def test_whole_messages_are_counted(buffer, doctor, clock, count):
     poses = [pack_pose(*Pose())] * count
     for _ in range(3):
         buffer.insert_batch(Batch(edges, [clock.now - 5] * count, poses))
-    taken = doctor.take_recent()
+    taken = doctor.pop_recent()
     assert list(taken) == edges
     assert {(arrivals.count, arrivals.mean_delay) for arrivals in taken.values()} == {(3, 5.0)}
 
@@ -70,21 +70,21 @@ def test_whole_messages_are_counted(buffer, doctor, clock, count):
 def test_message_that_was_announced_counts_once(buffer, doctor, clock):
     batch = Batch([('map', 'odom')], [clock.now], [pack_pose(*Pose())])
     buffer.insert_batch(batch, announced=True)
-    assert doctor.take_recent() == {}
+    assert doctor.pop_recent() == {}
 
 
 def test_tracks_and_many_samples_count_one_by_one(buffer, doctor, clock):
     stamps = clock.now + np.arange(5)
     buffer.insert_track('map', 'odom', stamps, np.tile(Pose(), (5, 1)))
     buffer.insert_many([Sample('odom', 'base', clock.now + n, tuple(Pose())) for n in range(3)])
-    assert [one.count for one in doctor.take_recent().values()] == [5, 3]
+    assert [one.count for one in doctor.pop_recent().values()] == [5, 3]
 
 
 def test_of_several_sources_the_one_that_the_edge_takes_counts(buffer, doctor, clock):
     for source in ('wheels', 'visual', 'visual'):
         clock.now += SECOND
         buffer.insert_from(source, 'odom', 'base', clock.now, Pose())
-    assert doctor.take_recent()['odom', 'base'].count == 1
+    assert doctor.pop_recent()['odom', 'base'].count == 1
     (sign,) = doctor.signs()
     assert sign.publishers == ('wheels',)
 
@@ -94,7 +94,7 @@ def test_what_is_refused_is_counted_with_its_reason(buffer, doctor, clock):
     for _ in range(2):
         buffer.insert('map', 'odom', clock.now - 11 * SECOND, Pose())
     buffer.insert('odom', 'map', clock.now, Pose())
-    taken = doctor.take_recent()
+    taken = doctor.pop_recent()
     assert (taken['map', 'odom'].count, taken['map', 'odom'].refused) == (3, 2)
     assert taken['map', 'odom'].incidents == {Kind.OLD_DATA: 2}
     assert taken['odom', 'map'].incidents == {Kind.LOOP: 1}
@@ -107,7 +107,7 @@ def test_refused_future_arrives_too(doctor, clock):
     buffer.insert_many([sample])
     buffer.insert_batch(
         Batch([sample[:2]] * 10, [sample.stamp] * 10, [pack_pose(*sample.pose)] * 10))
-    (arrivals,) = doctor.take_recent().values()
+    (arrivals,) = doctor.pop_recent().values()
     assert arrivals.count == 11
     assert arrivals.incidents == {Kind.FAR_FUTURE: 11}
     assert arrivals.ahead == 60 * SECOND
@@ -115,14 +115,14 @@ def test_refused_future_arrives_too(doctor, clock):
 
 def test_static_edges_do_not_count(buffer, doctor):
     buffer.insert('base', 'camera', 0, Pose(), static=True)
-    assert doctor.take_recent() == {}
+    assert doctor.pop_recent() == {}
     assert [one.static for one in doctor.signs()] == [True]
 
 
 def test_clock_that_has_not_begun_gives_no_delays(buffer, doctor, clock):
     clock.now = 0
     buffer.insert('map', 'odom', 5 * SECOND, Pose())
-    (arrivals,) = doctor.take_recent().values()
+    (arrivals,) = doctor.pop_recent().values()
     assert (arrivals.count, arrivals.timed, arrivals.mean_delay) == (1, 0, 0.0)
 
 
@@ -132,15 +132,15 @@ def test_observer_that_was_let_go_hears_no_more(buffer, doctor, clock):
     buffer.observers.remove(doctor)
     buffer.observers.remove(doctor)
     buffer.insert('map', 'odom', clock.now, Pose())
-    assert doctor.take_recent() == {}
-    assert other.take_recent()
+    assert doctor.pop_recent() == {}
+    assert other.pop_recent()
 
 
 def test_made_up_frames_do_not_eat_the_memory(buffer, doctor, clock):
     for first in range(0, 12_000, 1_000):
         buffer.insert_batch(Batch([('map', f'child{first + number}') for number in range(1_000)],
                                   [clock.now] * 1_000, [pack_pose(*Pose())] * 1_000))
-    assert len(doctor.take_recent()) <= 10_000
+    assert len(doctor.pop_recent()) <= 10_000
     assert doctor.transforms == 12_000
 
 
@@ -154,8 +154,8 @@ def test_threads_lose_no_count(buffer, doctor, clock):
         thread.start()
     count = 0
     while any(thread.is_alive() for thread in threads):
-        count += sum(arrivals.count for arrivals in doctor.take_recent().values())
-    count += sum(arrivals.count for arrivals in doctor.take_recent().values())
+        count += sum(arrivals.count for arrivals in doctor.pop_recent().values())
+    count += sum(arrivals.count for arrivals in doctor.pop_recent().values())
     assert count == 2_000
 
 

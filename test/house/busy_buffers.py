@@ -86,9 +86,9 @@ def log_and_send(buffer):
     log.write('kind', 'sender', lambda: 'text')
     log.write_counts()
     moving = MovingSender(lambda _: None, Thinner())
-    moving.take([Sample('map', 'base', 10**9, Pose())])
+    moving.offer([Sample('map', 'base', 10**9, Pose())])
     moving.close()
-    StaticSender(lambda _: None).take([Sample('map', 'base', 0, Pose())])
+    StaticSender(lambda _: None).offer([Sample('map', 'base', 0, Pose())])
 
 
 def fork(buffer):

@@ -196,20 +196,20 @@ def sent(thinning):
 
 def test_frame_of_a_high_rate_does_not_wait_for_one_of_a_low_rate():
     with sent(Thinner(rates={'slow': 0.1, 'quick': 50.0})) as (moving, next_message):
-        moving.take([at(1, child='slow')])
+        moving.offer([at(1, child='slow')])
         slow_turn = moving.next_turn
-        moving.take([at(1, child='quick')])
+        moving.offer([at(1, child='quick')])
         end = time.monotonic() + PATIENCE_S
         while moving.next_turn != slow_turn:  # then the thread sleeps until that turn
             assert time.monotonic() < end
         for sample in (at(2, child='slow'), at(2, child='quick'), at(3, child='quick')):
-            moving.take([sample])
+            moving.offer([sample])
         assert [next_message() for _ in range(4)] == [
             [at(1, child='slow')], *([at(stamp, child='quick')] for stamp in (1, 2, 3))]
 
 
 def test_last_pose_of_a_frame_that_is_heard_no_more_goes():
     with sent(Thinner(min_move=1.0, max_silence=0.05)) as (moving, next_message):
-        moving.take([at(1)])
-        moving.take([at(2)])
+        moving.offer([at(1)])
+        moving.offer([at(2)])
         assert [next_message(), next_message()] == [[at(1)], [at(2)]]

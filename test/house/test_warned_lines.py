@@ -64,7 +64,7 @@ class OwnBuffer(BufferCore):
     def __init__(self, cache_time=None):
         super().__init__(cache_time)
 
-    def take(self, pose):
+    def feed(self, pose):
         self.insert('map', 'base', 1, pose)
 
 
@@ -118,8 +118,8 @@ def test_class_of_a_user_is_the_caller():
     assert [(one.filename, one.lineno) for one in caught] == [
         (__file__, line_in(OwnBuffer.__init__))]
     with pytest.warns(TransformWarning) as caught:
-        buffer.take(NAN)
-    assert [(one.filename, one.lineno) for one in caught] == [(__file__, line_in(OwnBuffer.take))]
+        buffer.feed(NAN)
+    assert [(one.filename, one.lineno) for one in caught] == [(__file__, line_in(OwnBuffer.feed))]
 
 
 def test_without_a_line_of_a_user_the_warning_has_that_of_the_thread():

@@ -137,7 +137,7 @@ def filter_messages(buffer, node, talker):
     """Deliver and drop messages: too many, too old, too late, and at the end."""
     inbox, clock = Inbox(), types.SimpleNamespace(now=1000.0)
     losses.time = types.SimpleNamespace(monotonic=lambda: clock.now)
-    with MessageFilter(buffer, node, 'map', inbox.take, queue_size=2, timeout=PATIENCE,
+    with MessageFilter(buffer, node, 'map', inbox.receive, queue_size=2, timeout=PATIENCE,
                        on_drop=inbox.lose) as messages:
         for second in range(40, 60):
             messages.add(point(second, 'later'))
@@ -147,7 +147,7 @@ def filter_messages(buffer, node, talker):
         messages.add(point(99, 'later'))
         messages.add(point(1, ''))
         messages.statistics()
-        brief = MessageFilter(buffer, node, 'map', inbox.take, timeout=lasting(0.001),
+        brief = MessageFilter(buffer, node, 'map', inbox.receive, timeout=lasting(0.001),
                               on_drop=inbox.lose)
         for _ in range(12):
             brief.add(point(99, 'unknown'))

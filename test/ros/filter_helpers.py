@@ -23,7 +23,7 @@ class Inbox:
     def __init__(self):
         self.delivered, self.dropped, self.threads = [], [], set()
 
-    def take(self, message, found):
+    def receive(self, message, found):
         self.threads.add(threading.current_thread())
         self.delivered.append((message, found))
 

@@ -35,7 +35,7 @@ def make_filter(node, buffer, inbox):
     """Make filters that are closed at the end of the test."""
     filters = []
 
-    def make(target_frames='map', callback=inbox.take, buffer=buffer, **options):
+    def make(target_frames='map', callback=inbox.receive, buffer=buffer, **options):
         options.setdefault('on_drop', inbox.lose)
         filters.append(MessageFilter(buffer, node, target_frames, callback, **options))
         return filters[-1]
@@ -140,7 +140,7 @@ def test_callback_may_be_a_coroutine_that_waits_itself(node, make_filter, buffer
 def test_callback_that_raises_does_not_lose_the_others(make_filter, settle, inbox, error):
     """It ends the executor, and not the filter."""
     def call_back(message, found):
-        inbox.take(message, found)
+        inbox.receive(message, found)
         if message.point.x == 1.0:
             raise error
 
@@ -154,7 +154,7 @@ def test_callback_that_raises_does_not_lose_the_others(make_filter, settle, inbo
 
 def test_callback_may_add_and_close(make_filter, settle, inbox):
     def call_back(message, found):
-        inbox.take(message, found)
+        inbox.receive(message, found)
         if len(inbox.delivered) == 1:
             each.add(point(1.5))
         else:
@@ -254,7 +254,7 @@ def test_closing_drops_all_and_whatever_comes_later_at_once(make_filter, node, i
 
 def test_node_that_is_gone_takes_nothing_any_more(context, buffer, inbox):
     node = Node('short_lived', context=context)
-    each = MessageFilter(buffer, node, 'map', inbox.take, queue_size=1)
+    each = MessageFilter(buffer, node, 'map', inbox.receive, queue_size=1)
     add(each, point(2.5), point(3.0))
     assert each.statistics().dropped[Drop.QUEUE_FULL] == 1, 'though nobody wants to hear of it'
     node.destroy_node()

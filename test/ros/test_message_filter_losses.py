@@ -86,7 +86,7 @@ def make_filter(node):
 
     def make(target_frames='map', *, buffer, **options):
         filters.append((buffer, MessageFilter(
-            buffer, node, target_frames, Inbox().take, **options)))
+            buffer, node, target_frames, Inbox().receive, **options)))
         return filters[-1][1]
 
     yield make

@@ -86,7 +86,7 @@ def act(node, settle, targets, steps, queue_size, tolerance, *, settle_always=Fa
     :returns: what each delivered, the model first: messages with their transforms, in order.
     """
     model, buffer, inbox = Naive(targets, queue_size, tolerance), Buffer(), Inbox()
-    each = MessageFilter(buffer, node, targets, inbox.take, on_drop=inbox.lose,
+    each = MessageFilter(buffer, node, targets, inbox.receive, on_drop=inbox.lose,
                          queue_size=queue_size, tolerance=lasting(tolerance))
 
     def jump():

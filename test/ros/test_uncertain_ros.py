@@ -17,7 +17,7 @@ from sensor_msgs.msg import Imu
 from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
 from tf_tree_py.beyond.curves.aided import gyro_of
 from tf_tree_py.beyond.uncertainty.covariances import composed
-from tf_tree_py.beyond.uncertainty.insertion import take_covariance
+from tf_tree_py.beyond.uncertainty.insertion import insert_covariance
 from tf_tree_py.core import Kind
 from tf_tree_py.ros.messages.pose_covariances import pose_with_covariance_stamped, uncertain_values
 
@@ -121,7 +121,7 @@ def test_prediction_is_marked(buffer):
 
 def test_uncertainty_of_the_way_is_added_on_demand(buffer):
     way = 1e-4 * np.eye(6)
-    take_covariance(buffer.intake, 'odom', 'base', SECOND, way, 'test')
+    insert_covariance(buffer.intake, 'odom', 'base', SECOND, way, 'test')
     detection = stamped(pose=Pose(z=3.0), frame='camera')
     plain = buffer.transform(detection, 'odom')
     added = buffer.transform(detection, 'odom', uncertain=True)

@@ -106,13 +106,13 @@ def test_a_flood_of_requests_is_one_a_second_with_their_number(monkeypatch):
             (reader,) = [each for each in threading.enumerate() if each.name == 'Enter']
             for _ in range(1000):
                 signal.raise_signal(requests.SIGNAL)
-            assert requests.take() == ['SIGUSR1, 1000 times']
+            assert requests.pop() == ['SIGUSR1, 1000 times']
             signal.raise_signal(requests.SIGNAL)
             print(file=keyboard, flush=True)
-            until(lambda: requests.take() == ['Enter'])
+            until(lambda: requests.pop() == ['Enter'])
             clock.now += 1.0
             signal.raise_signal(requests.SIGNAL)
-            assert requests.take() == ['SIGUSR1, 2 times'] and requests.take() == []
+            assert requests.pop() == ['SIGUSR1, 2 times'] and requests.pop() == []
             keyboard.close()
             reader.join(PATIENCE_S)
     finally:

@@ -31,9 +31,9 @@ def states(told):
     return JointStates(parsed(*ARM), into(told))
 
 
-def take(states, ms, interval=None, **positions):
+def update(states, ms, interval=None, **positions):
     """Return which of j, k and m to send."""
-    rows = states.take(ms * MS, tuple(positions), np.array(list(positions.values())), interval)
+    rows = states.update(ms * MS, tuple(positions), np.array(list(positions.values())), interval)
     return None if rows is None else ''.join(np.array(list('jkm'))[rows])
 
 
@@ -42,54 +42,54 @@ def slides(states):
 
 
 def test_message_moves_whom_it_names_and_whoever_mimics_them(states):
-    assert take(states, 0, k=1.0) == 'km'
-    assert take(states, 1, j=3.0) == 'jkm'
+    assert update(states, 0, k=1.0) == 'km'
+    assert update(states, 1, j=3.0) == 'jkm'
     assert slides(states) == [3.0, 1.0, 2.0]
-    assert take(states, 2, m=7.0, k=0.0, j=0.0) == 'jkm'
+    assert update(states, 2, m=7.0, k=0.0, j=0.0) == 'jkm'
     assert slides(states) == [0.0, 0.0, 7.0]
 
 
 def test_joint_that_is_not_reported_any_more_keeps_its_position(states):
     for ms in (0, 10, 20):
-        assert take(states, ms, j=1.0, k=2.0) == 'jkm'
+        assert update(states, ms, j=1.0, k=2.0) == 'jkm'
     # For three of its periods, it may come in the next message or from another publisher.
-    assert [take(states, ms, j=3.0) for ms in (30, 40, 50, 60)] == ['j', 'j', 'j', 'jkm']
+    assert [update(states, ms, j=3.0) for ms in (30, 40, 50, 60)] == ['j', 'j', 'j', 'jkm']
     assert slides(states) == [3.0, 2.0, 4.0]
 
 
 def test_parts_that_several_publishers_report_go_out_as_they_come(states):
-    assert take(states, 0, j=0.0) == 'j'
-    take(states, 3, k=0.0)
-    take(states, 10, j=0.0)
-    assert [take(states, 10 * n + 3, k=0.0) for n in (1, 2)] == ['km', 'km']
-    assert [take(states, 10 * n, j=0.0) for n in (2, 3)] == ['j', 'j']
+    assert update(states, 0, j=0.0) == 'j'
+    update(states, 3, k=0.0)
+    update(states, 10, j=0.0)
+    assert [update(states, 10 * n + 3, k=0.0) for n in (1, 2)] == ['km', 'km']
+    assert [update(states, 10 * n, j=0.0) for n in (2, 3)] == ['j', 'j']
 
 
 def test_rarely_reported_joint_is_sent_with_the_others(states):
-    take(states, 0, k=1.0)
-    assert [take(states, ms, j=0.0) for ms in (10, 20)] == ['jkm', 'jkm']
-    take(states, 5000, k=2.0)
-    assert take(states, 5010, j=0.0) == 'jkm'
+    update(states, 0, k=1.0)
+    assert [update(states, ms, j=0.0) for ms in (10, 20)] == ['jkm', 'jkm']
+    update(states, 5000, k=2.0)
+    assert update(states, 5010, j=0.0) == 'jkm'
 
 
 def test_joint_is_sent_at_most_at_its_rate(states):
-    sent = [take(states, ms, interval=20 * MS, j=float(ms), k=0.0) for ms in range(0, 50, 5)]
+    sent = [update(states, ms, interval=20 * MS, j=float(ms), k=0.0) for ms in range(0, 50, 5)]
     assert [number * 5 for number, rows in enumerate(sent) if rows] == [0, 20, 40]
     assert slides(states)[0] == 45.0
 
 
 def test_stamps_that_fall_back_far_are_of_another_run(states):
-    take(states, 10_000, interval=MS, j=0.0)
-    assert take(states, 9_500, interval=MS, j=0.0) is None
-    assert take(states, 1_000, interval=MS, j=0.0) == 'j'
-    assert take(states, 1_001, interval=MS, j=0.0) == 'j'
+    update(states, 10_000, interval=MS, j=0.0)
+    assert update(states, 9_500, interval=MS, j=0.0) is None
+    assert update(states, 1_000, interval=MS, j=0.0) == 'j'
+    assert update(states, 1_001, interval=MS, j=0.0) == 'j'
 
 
 def test_names_that_no_joint_has_are_told_once_for_each_list_of_names(states, told):
     for ms in range(3):
-        assert take(states, ms, j=1.0, knee=2.0, base=0.0) == 'j'
+        assert update(states, ms, j=1.0, knee=2.0, base=0.0) == 'j'
     assert len(told) == 1 and "that this robot does not have: 'knee'. Known: j, k, m" in told[0]
-    assert take(states, 4, elbow=2.0) is None
+    assert update(states, 4, elbow=2.0) is None
     assert len(told) == 2
 
 
@@ -108,10 +108,10 @@ def test_fault_of_a_recording_is_told_once():
 
 
 def test_bad_positions_leave_the_last_ones(states, told):
-    take(states, 0, j=1.0, k=1.0)
-    assert take(states, 1, j=float('nan'), k=2.0) == 'jkm'
-    assert take(states, 2, j=float('inf')) is None
-    assert states.take(3 * MS, ('j',), np.array([])) is None
+    update(states, 0, j=1.0, k=1.0)
+    assert update(states, 1, j=float('nan'), k=2.0) == 'jkm'
+    assert update(states, 2, j=float('inf')) is None
+    assert states.update(3 * MS, ('j',), np.array([])) is None
     assert slides(states) == [1.0, 2.0, 4.0]
     assert told == [*2 * ["positions that are not finite are ignored, of 'j'"],
                     'joint states with 1 names and 0 positions are ignored']
@@ -120,13 +120,13 @@ def test_bad_positions_leave_the_last_ones(states, told):
 def test_zero_quaternion_is_told_and_left_out(told):
     states = JointStates(parsed(joint('f', 'floating', 'a', 'b')), into(told))
     names = tuple(f'f/rot_{part}' for part in 'xyzw')
-    assert states.take(0, names, np.zeros(4)) is None
-    assert states.take(0, names, np.array([0.0, 0.0, 1.0, 0.0])).all()
+    assert states.update(0, names, np.zeros(4)) is None
+    assert states.update(0, names, np.array([0.0, 0.0, 1.0, 0.0])).all()
     assert 'quaternion' in told[0]
 
 
 def test_first_of_two_equal_names_counts(states):
-    states.take(0, ('j', 'j'), np.array([1.0, 2.0]))
+    states.update(0, ('j', 'j'), np.array([1.0, 2.0]))
     assert slides(states)[0] == 1.0
 
 
@@ -134,7 +134,7 @@ def test_new_description_takes_over_what_was_given(told):
     before = parsed(*ARM)
     states = JointStates(before, into(told))
     assert states.again() is None
-    take(states, 7, k=1.0)
+    update(states, 7, k=1.0)
     changed = parsed(*ARM[:3], joint('m', 'prismatic', 'c', 'd',
                                      '<mimic joint="k" multiplier="3"/>'))
     other = JointStates(changed, into(told))

@@ -63,7 +63,7 @@ def test_position_too_large_for_the_joint_that_mimics_it_is_refused(position):
         warnings.simplefilter('error')
         with pytest.raises(InvalidArgumentException, match='a joint that mimics it is not finite'):
             robot.edges({'k': position})
-        assert states.take(0, ('k',), np.array([position])) is None
-        assert states.take(1, ('k',), np.array([0.5])) is not None
+        assert states.update(0, ('k',), np.array([position])) is None
+        assert states.update(1, ('k',), np.array([0.5])) is not None
     assert warned == ['positions that are too large for the joints that mimic them are ignored']
     assert np.isfinite(states.poses()).all()

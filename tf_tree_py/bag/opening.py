@@ -78,8 +78,8 @@ def topic_of_joints(bag: Bag, topic: str | None) -> str:
                    'joint_topic' if found else f'{bag.path} has no topic with joint states')
 
 
-def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int | None,
-                rename: Rename, assembly: Assembler) -> None:
+def insert_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int | None,
+                  rename: Rename, assembly: Assembler) -> None:
     """
     Add the edges of a robot, except those whose child has recorded transforms.
 
@@ -97,12 +97,12 @@ def take_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int
     for joint in robot.joints:
         edge = rename(*joint.edge)
         if joint.joint_type == FIXED and edge and edge[1] not in recorded:
-            assembly.oddities.note_incidents(assembly.intake.take(
+            assembly.oddities.note_incidents(assembly.intake.insert(
                 [Sample(*edge, LATEST, joint.origin)], topic, static=True))
     for track in tracks:
         edge = rename(track.parent, track.child)
         if edge and edge[1] not in recorded:
-            assembly.take_track(track._replace(parent=edge[0], child=edge[1]), topic)
+            assembly.insert_track(track._replace(parent=edge[0], child=edge[1]), topic)
 
 
 def _states(bag: Bag, topic: str, start: int | None, stop: int | None,
@@ -211,11 +211,11 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Stam
         joints = None if described is None else topic_of_joints(bag, joint_topic)
         _check_topics(bag, frame_prefix, joints, uncertain.rules)
         with progress_bar(bag.path.name, bag.expected(uncertain.connections)) as tell:
-            assembly.take(bag.arrivals(begin, end), tell)
+            assembly.assemble(bag.arrivals(begin, end), tell)
             if described is not None and joints is not None:
-                take_joints(bag, described, joints, begin, end,
-                            rename_of(bag.connections_of(joints)[0]), assembly)
-            uncertain.take_into(assembly, names_of, wanted, begin, end, tell)
+                insert_joints(bag, described, joints, begin, end,
+                              rename_of(bag.connections_of(joints)[0]), assembly)
+            uncertain.insert_into(assembly, names_of, wanted, begin, end, tell)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(
                 f'{path} has no moving transforms between start and stop: its messages were '
@@ -257,8 +257,8 @@ def _check_topics(bag: Bag, frame_prefix: str | Mapping[str, str], joints: str |
 
 
 # How the first field of a message is read, by its type.
-_STAMP_OF = {'std_msgs/msg/Header': ByteCursor.take_stamp,
-             'builtin_interfaces/msg/Time': ByteCursor.take_time}
+_STAMP_OF = {'std_msgs/msg/Header': ByteCursor.read_stamp,
+             'builtin_interfaces/msg/Time': ByteCursor.read_time}
 
 
 # --- stamps of any topic
@@ -283,15 +283,15 @@ def stamps_of(bag: PathLike | Recording, topic: str) -> Stamps:
 
 def _stamp_reader(connection: Connection, bag: Bag) -> Callable[[bytes], int]:
     first = bag.first_field(connection)
-    take = _STAMP_OF.get(first)
+    read_field = _STAMP_OF.get(first)
     what = f'{bag.path}: a message of {connection.topic} ({connection.type_name})'
-    if take is None:
+    if read_field is None:
         raise BagError(f'{what} begins with {first or "an unknown field"}, and not with '
                        'a header')
 
     def read(data: bytes) -> int:
         try:
-            return take(cursor_of(data, connection.ros1))
+            return read_field(cursor_of(data, connection.ros1))
         except WireError as error:
             raise BagError(f'{what} has no stamp: {error}') from None
 

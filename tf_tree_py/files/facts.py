@@ -104,20 +104,20 @@ class Saved:
 
     def integers(self, count: int) -> 'memoryview[int]':
         """Return the next array, of int64, in place."""
-        data = self._take(8 * count)
+        data = self._read(8 * count)
         return data.cast('q') if count else memoryview(array('q'))
 
     def codes(self, count: int) -> 'memoryview[int]':
         """Return the next array, of uint32, in place."""
-        data = self._take(4 * count)
+        data = self._read(4 * count)
         return data.cast('I') if count else memoryview(array('I'))
 
     def floats(self, count: int) -> 'memoryview[float]':
         """Return the next array, of float64, in place."""
-        data = self._take(8 * count)
+        data = self._read(8 * count)
         return data.cast('d') if count else memoryview(array('d'))
 
-    def _take(self, size: int) -> memoryview:
+    def _read(self, size: int) -> memoryview:
         rest = self._rest[0]
         if size > len(rest):
             raise ValueError(f'{len(rest)} bytes are left, and {size} are needed')

@@ -93,10 +93,10 @@ class WorkerThreads:
         """Return a handler for a declaration, from which samples are taken."""
         return self._new_channel(WAITING)
 
-    def take_all(self, handler: 'zenoh.handlers.Handler[_One]', take: Callable[[_One], object],
-                 what: str) -> None:
-        """Start a thread that takes samples until their declaration is undeclared."""
-        self.start(lambda: self._take_all(handler, take), what)
+    def receive_all(self, handler: 'zenoh.handlers.Handler[_One]',
+                    receive: Callable[[_One], object], what: str) -> None:
+        """Start a thread that receives samples until their declaration is undeclared."""
+        self.start(lambda: self._receive_all(handler, receive), what)
 
     def start(self, work: Callable[[], object], what: str) -> None:
         """Start a thread for work that ends when everything is closed."""
@@ -109,11 +109,11 @@ class WorkerThreads:
         for thread in self._threads:
             thread.join()
 
-    def _take_all(self, handler: 'zenoh.handlers.Handler[_One]',
-                  take: Callable[[_One], object]) -> None:
+    def _receive_all(self, handler: 'zenoh.handlers.Handler[_One]',
+                     receive: Callable[[_One], object]) -> None:
         for one in _in_turn(handler):
             try:
-                take(one)
+                receive(one)
             except Exception:  # noqa: B902 - the next may be valid
                 self._failures.report('tf_tree_py.fleet, in a delivery,')
 
@@ -180,7 +180,7 @@ class Connection:
             self._listener = session.info.declare_transport_events_listener(
                 self._threads.channel(), history=True)
             # The listener itself cannot be undeclared while another thread receives from it.
-            self._threads.take_all(self._listener.handler, self._hear, 'link')
+            self._threads.receive_all(self._listener.handler, self._hear, 'link')
             return session
         return None
 

@@ -226,14 +226,14 @@ class FleetListener(Closable):
             if topic is not None and here:
                 requests.repeat(topic.robot)
                 if topic.static:
-                    requests.ask_old_cache(topic.robot, key, reception.take_of)
+                    requests.ask_old_cache(topic.robot, key, reception.receive_from)
 
         decoder = TransformDecoder(self._place_of, self._roster, self._logs)
         self._threads.start(lambda: decoder.decode_all(self._inbox), 'decoder')
         self._threads.start(requests.work, 'answers')
         hearing.subscribe_tokens(hear_token)
-        hearing.subscribe_transforms(True, None, reception.take, self._roster.miss)
-        hearing.subscribe_transforms(False, max_age_s, reception.take, self._roster.miss)
+        hearing.subscribe_transforms(True, None, reception.receive, self._roster.miss)
+        hearing.subscribe_transforms(False, max_age_s, reception.receive, self._roster.miss)
 
     def _notify(self, robot: str, here: bool) -> None:
         """Record that a robot has appeared or gone, and call ``on_robot``, which may raise."""

@@ -86,13 +86,14 @@ class Reception:
         self._topics: dict[str, Topic] = {}
         self._keys: Counter[str] = Counter()
 
-    def take(self, sample: 'zenoh.Sample') -> None:
-        """Take a message; the deletion of a key is ignored."""
-        self.take_of(None, sample)
+    def receive(self, sample: 'zenoh.Sample') -> None:
+        """Receive a message; the deletion of a key is ignored."""
+        self.receive_from(None, sample)
 
-    def take_of(self, robot: str | None, sample: 'zenoh.Sample', *, found: bool = False) -> None:
+    def receive_from(self, robot: str | None, sample: 'zenoh.Sample', *,
+                     found: bool = False) -> None:
         """
-        Take a message.
+        Receive a message.
 
         :param robot: the expected sender, because a reply may have any key; None: any.
         :param found: it was missing, and fills a gap.
@@ -110,8 +111,8 @@ class Reception:
             self._let_in(key, topic, sample, size, found)
 
     def find(self, robot: str, sample: 'zenoh.Sample') -> None:
-        """Take a message of a robot that was missing."""
-        self.take_of(robot, sample, found=True)
+        """Receive a message of a robot that was missing."""
+        self.receive_from(robot, sample, found=True)
 
     def _topic_of(self, key: str) -> Topic | None:
         """Return the topic of a key, and remember it if it is accepted."""

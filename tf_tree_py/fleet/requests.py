@@ -38,7 +38,7 @@ MOST_TRIES, PAUSE_S = 5, 1.0
 # The maximum number of responses to one request in the queue; one publisher has few.
 _ANSWERS = 16
 
-Take = Callable[[str, 'zenoh.Sample'], object]
+Receive = Callable[[str, 'zenoh.Sample'], object]
 """Receives the robot of a request, and a sample of the response."""
 
 
@@ -49,11 +49,11 @@ class Request:
     :ivar tries: how often in a row it was sent and not answered.
     """
 
-    def __init__(self, robot: str, key: str, take: Take) -> None:
+    def __init__(self, robot: str, key: str, receive: Receive) -> None:
         """``key`` is what Zenoh is asked for; a sample has the key that it was published under."""
         self.robot, self.tries = robot, 0
         self._key = key
-        self._take = take
+        self._receive = receive
 
     @property
     def selector(self) -> str:
@@ -65,9 +65,9 @@ class Request:
         """Return whether it need not be repeated."""
         return True
 
-    def take(self, sample: 'zenoh.Sample') -> None:
-        """Take a sample of the response."""
-        self._take(self.robot, sample)
+    def receive(self, sample: 'zenoh.Sample') -> None:
+        """Receive a sample of the response."""
+        self._receive(self.robot, sample)
 
 
 class Gap(Request):
@@ -78,9 +78,10 @@ class Gap(Request):
     the answer is complete as soon as it has a message from behind the gap.
     """
 
-    def __init__(self, robot: str, key: str, sender: Sender, numbers: range, take: Take) -> None:
+    def __init__(self, robot: str, key: str, sender: Sender, numbers: range,
+                 receive: Receive) -> None:
         """``key`` is that of the transforms; the numbers are those of the publisher."""
-        super().__init__(robot, key, take)
+        super().__init__(robot, key, receive)
         self._sender = sender
         self._numbers = numbers
 
@@ -95,14 +96,14 @@ class Gap(Request):
         """Return whether the publisher has answered completely."""
         return not self._numbers
 
-    def take(self, sample: 'zenoh.Sample') -> None:
-        """Take a message; what lies before it is no longer kept."""
+    def receive(self, sample: 'zenoh.Sample') -> None:
+        """Receive a message; what lies before it is no longer kept."""
         info = sample.source_info
         if info is not None and info.source_sn >= self._numbers.start:
             fills = info.source_sn in self._numbers
             self._numbers = range(info.source_sn + 1, self._numbers.stop)
             if fills:
-                super().take(sample)
+                super().receive(sample)
 
 
 class Requests:
@@ -127,11 +128,11 @@ class Requests:
             _put(self._waiting, request)
             self._changed.notify()
 
-    def ask_old_cache(self, robot: str, token: str, take: Take) -> None:
+    def ask_old_cache(self, robot: str, token: str, receive: Receive) -> None:
         """Queue a request to a publisher, by its token; tokens of other kinds are ignored."""
         key = old_cache_of(token)
         if key:
-            self.add(Request(robot, key, take))
+            self.add(Request(robot, key, receive))
 
     def repeat(self, robot: str) -> None:
         """Queue what a robot that has returned has not answered completely."""
@@ -204,7 +205,7 @@ class Requests:
             if reply.ok is None:
                 is_slow = True
             elif not self._closed:
-                request.take(reply.ok)
+                request.receive(reply.ok)
         return is_slow
 
 

@@ -203,7 +203,7 @@ class RobotCounts:
         self.back, self.messages_before = time.time_ns(), self.messages
         self.away = None
 
-    def take_live(self, newest: int) -> None:
+    def record_live(self, newest: int) -> None:
         """Record the arrival of moving transforms, and their newest stamp."""
         self._arrivals.append(time.monotonic())
         self._lags.append(time.time_ns() - newest)
@@ -352,7 +352,7 @@ class Roster:
                 account.limit = f'more than {self._quota.frames} frames (frames)'
             return fitting
 
-    def take(self, robot: str, taken: int, refused: int, newest: int | None, late: bool) -> None:
+    def record(self, robot: str, taken: int, refused: int, newest: int | None, late: bool) -> None:
         """
         Record the result of inserting a message.
 
@@ -368,7 +368,7 @@ class Roster:
             account.recovered += late and account.messages_before > 0
             account.messages += 1
             if newest is not None and not late:
-                account.take_live(newest)
+                account.record_live(newest)
 
     def find(self, robot: str) -> None:
         """Record that a lost message has arrived after all."""

@@ -47,18 +47,18 @@ class Subscriptions:
             subscriber = liveliness.declare_subscriber(
                 key, self._threads.channel(), history=True)
             self._declared.append(subscriber)
-            self._threads.take_all(
+            self._threads.receive_all(
                 subscriber.handler,
                 lambda sample: on_token(str(sample.key_expr), sample.kind == put), 'tokens')
 
     def subscribe_transforms(self, static: bool, max_age_s: float | None,
-                             take: Callable[['zenoh.Sample'], object],
+                             receive: Callable[['zenoh.Sample'], object],
                              on_miss: Callable[[Sender, int], object]) -> None:
         """
         Subscribe to messages, first to the past ones that their publishers keep.
 
         :param max_age_s: the maximum age of these; None: any.
-        :param take: receives each message.
+        :param receive: receives each message.
         :param on_miss: called with the sender of lost messages, and their number.
         """
         ext, direct = needs_zenoh('zenoh.ext'), needs_zenoh().handlers.Callback
@@ -70,7 +70,7 @@ class Subscriptions:
                     self._session, key, self._threads.channel(), history=history,
                     recovery=recovery)
                 try:
-                    self._threads.take_all(subscriber.handler, take, key)
+                    self._threads.receive_all(subscriber.handler, receive, key)
                 except RuntimeError:  # no thread can start: the program ends
                     subscriber.undeclare()
                     raise

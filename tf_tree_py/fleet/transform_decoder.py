@@ -113,7 +113,7 @@ class Inbox:
             self._changed.notify()
             return dropped
 
-    def take(self) -> tuple[str, FleetMessage] | None:
+    def pop(self) -> tuple[str, FleetMessage] | None:
         """Return the next robot and its message, when there is one; None: it is closed."""
         with self._changed:
             while not self._closed:
@@ -190,7 +190,7 @@ class TransformDecoder:
 
     def decode_all(self, inbox: Inbox) -> None:
         """Decode messages until the inbox is closed."""
-        while (taken := inbox.take()) is not None:
+        while (taken := inbox.pop()) is not None:
             begin = time.thread_time()
             try:
                 self.decode(*taken)
@@ -207,13 +207,13 @@ class TransformDecoder:
         if isinstance(batch, Incident):
             place.buffer.intake.refuse(batch)
             self._logs.incidents.report([batch])
-            self._roster.take(robot, 0, 1, None, not message.received)
+            self._roster.record(robot, 0, 1, None, not message.received)
             return
         incidents, refused = self._insert(robot, place, batch, message)
         if incidents:
             self._logs.incidents.report(incidents)
         count = len(batch.stamps) + len(batch.impossible)
-        self._roster.take(robot, max(0, count - refused), refused,
+        self._roster.record(robot, max(0, count - refused), refused,
                           None if message.static else max(batch.stamps, default=None),
                           not message.received)
 

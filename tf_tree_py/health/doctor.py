@@ -100,7 +100,7 @@ class Doctor(Observer):
     def _digest(self) -> None:
         """Process the messages that have accumulated."""
         of_child: dict[str, list[MessageColumn]] = {}
-        for column in self._gathering.take():
+        for column in self._gathering.pop():
             edge = self._edges.get(column.edge)
             if edge is None:
                 if (len(self._edges) >= _MAX_EDGES
@@ -126,7 +126,7 @@ class Doctor(Observer):
         """Return the time from the first message to the last, nanoseconds."""
         return self._last - self._first
 
-    def take_recent(self) -> dict[Edge, RecentSamples]:
+    def pop_recent(self) -> dict[Edge, RecentSamples]:
         """Return the data since the last call, by (parent, child); for one caller only."""
         with self._lock:
             self._digest()

@@ -48,7 +48,7 @@ class DuplicateStreams:
         self._reported: set[Edge] = set()
         self._characters = 0
 
-    def take(self, edges: Sequence[Edge], number: int) -> Sequence[Edge]:
+    def examine(self, edges: Sequence[Edge], number: int) -> Sequence[Edge]:
         """
         Examine a message.
 

@@ -105,7 +105,7 @@ class Held:
         self.name, self._placed = name, placed
         self._map_T_odom = driven(0)
 
-    def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
+    def update(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
         """Place odom by a pose that has arrived."""
         self._map_T_odom = self._placed(seen, odom_T_then, odom_T_now)
 
@@ -123,9 +123,9 @@ class Anchored:
         self.refused = 0
         self._anchor = Anchor(LIMITS)
 
-    def take(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
+    def update(self, stamp: int, seen: Pose, odom_T_then: Pose, odom_T_now: Pose) -> None:
         """Pass the pose to the anchor."""
-        self.refused += not self._anchor.take(Sighting(
+        self.refused += not self._anchor.update(Sighting(
             stamp, seen, COVARIANCE, odom_T_then, np.zeros((6, 6)))).accepted
 
     def publish(self, stamp: int, odom_T_now: Pose) -> Pose:
@@ -142,7 +142,7 @@ def passed(way: Held | Anchored, rate_hz: float = RATE_HZ) -> Pass:
     published = []
     for number, stamp in enumerate(stamps.tolist()):
         while seen_at + from_seconds(LATE_S) <= stamp:
-            way.take(seen_at, seen, _between(odom_T_base, seen_at), odom_T_base[number])
+            way.update(seen_at, seen, _between(odom_T_base, seen_at), odom_T_base[number])
             seen_at, seen = next(coming, (int(stamps[-1]) + 1, seen))
         here = odom_T_base[number]
         published.append(way.publish(stamp, here) @ here)

@@ -260,8 +260,8 @@ def ride(scene: Scene) -> Ride:
         if stamp >= taken + late:
             prior = believed @ odometry(taken)
             fit = relocalise(scene, seen_from(scene, driven(taken), rng), prior)
-            anchor.take(Sighting(taken, fit.map_T_camera, fit.covariance, odometry(taken),
-                                 np.zeros((6, 6))))
+            anchor.update(Sighting(taken, fit.map_T_camera, fit.covariance, odometry(taken),
+                                   np.zeros((6, 6))))
             if anchor.held is not None:
                 believed = Pose._make(anchor.held.map_T_odom)
             fits.append((as_seconds(taken), _apart(prior, taken),

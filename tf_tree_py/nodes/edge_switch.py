@@ -118,14 +118,14 @@ class EdgeSwitch(ClosingNode):
     def _hear(self, source: str, message: EdgePose) -> None:
         try:
             for sample in samples_of(message, self._parent, self._child):
-                self._take(source, sample)
+                self._insert(source, sample)
         except TransformException as error:
             self._buffer.feeds.log.write(
                 f'unusable message, {type(error).__name__}', source,
                 f'A message of the source {source!r} cannot be used: {error}', str(error))
         self._publish()
 
-    def _take(self, source: str, sample: Sample) -> None:
+    def _insert(self, source: str, sample: Sample) -> None:
         incidents = self._buffer.insert_from(source, *sample)
         self._buffer.feeds.note(incidents)
         sources = self._buffer.sources_of(self._child)

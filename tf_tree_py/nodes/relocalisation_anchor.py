@@ -125,10 +125,10 @@ class RelocalisationAnchor(ClosingNode):
         known = self._buffer.wait_for_transform_async(
             self._odom, self._frame, message.header.stamp, Duration(seconds=self._values['wait']))
         self._awaited.add(known)
-        known.add_done_callback(partial(self._take, sample.stamp, sample.pose, covariance))
+        known.add_done_callback(partial(self._update, sample.stamp, sample.pose, covariance))
 
-    def _take(self, stamp: int, pose: PoseTuple, covariance: Array, known: Future) -> None:
-        """Take a pose whose odometry has arrived, or will not arrive."""
+    def _update(self, stamp: int, pose: PoseTuple, covariance: Array, known: Future) -> None:
+        """Update by a pose whose odometry has arrived, or will not arrive."""
         self._awaited.discard(known)
         if known.cancelled():
             return
@@ -138,7 +138,7 @@ class RelocalisationAnchor(ClosingNode):
             there = self._buffer.lookup_uncertain(self._odom, self._frame, time_message(stamp))
             odom_T_frame, spread = uncertain_values(there.pose)
             with self._lock:
-                verdict = self._anchor.take(Sighting(
+                verdict = self._anchor.update(Sighting(
                     stamp, pose, covariance, odom_T_frame, spread))
                 left = self._anchor.remaining
                 self._status.count(verdict)

@@ -54,7 +54,7 @@ class RobotFrames:
 
     def moved(self, stamp: int, names: tuple[str, ...], positions: Array) -> bytes | None:
         """Return the transforms that joint states move, for /tf; None if none is due."""
-        rows = self._states.take(stamp, names, positions, self._interval)
+        rows = self._states.update(stamp, names, positions, self._interval)
         return None if rows is None else self._message(stamp, rows)
 
     def again(self) -> bytes | None:

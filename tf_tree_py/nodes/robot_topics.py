@@ -33,7 +33,7 @@ from tf_tree_py.thinning import MovingSender, StaticSender
 
 from .bad_input import BadInput
 
-Take = Callable[[list[Sample]], None]
+Receive = Callable[[list[Sample]], None]
 
 
 class RobotTopics:
@@ -50,31 +50,31 @@ class RobotTopics:
         self._home = internal_node(node, f'{node.get_name()}_impl')
 
     def listen(self, topic: str, static_topic: str, moving: MovingSender, static: StaticSender,
-               filtered: Callable[[Take], Take] = lambda take: take) -> Receiver:
+               filtered: Callable[[Receive], Receive] = lambda receive: receive) -> Receiver:
         """
         Pass on the transforms of two topics, until the receiver is closed or ROS shuts down.
 
         :param moving: receives those of the first topic, and is closed at the end.
         :param filtered: wraps a function that takes a message in one that drops some samples.
         """
-        self._subscribe(topic, dynamic_qos(), False, filtered(moving.take))
-        self._subscribe(static_topic, static_listener_qos(), True, filtered(static.take))
+        self._subscribe(topic, dynamic_qos(), False, filtered(moving.offer))
+        self._subscribe(static_topic, static_listener_qos(), True, filtered(static.offer))
         return Receiver(self._home, moving.close, write_counts=self._log.write_counts)
 
-    def _subscribe(self, topic: str, qos: QoSProfile, static: bool, take: Take) -> None:
+    def _subscribe(self, topic: str, qos: QoSProfile, static: bool, receive: Receive) -> None:
         reader = WireReader(self._names, static=static)
         authority = PublisherNames(self._home, topic)
 
-        def receive(data: bytes) -> None:
+        def on_message(data: bytes) -> None:
             publisher = authority.name()
             batch = reader.read_or_refuse(data, publisher)
             if isinstance(batch, Incident):
                 self._log.report([batch])
             else:
-                take(fit_samples(batch, publisher, self._log.report))
+                receive(fit_samples(batch, publisher, self._log.report))
 
         self._home.create_subscription(
-            TFMessage, topic, receive, qos, raw=True,
+            TFMessage, topic, on_message, qos, raw=True,
             event_callbacks=mismatches(topic, self._log), qos_overriding_options=overriding(
                 self._home, self._home.resolve_topic_name(topic), 'subscription', static))
 

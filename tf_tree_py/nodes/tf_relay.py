@@ -159,7 +159,7 @@ class FleetInput(Observer):
         """Pass a message on; the listener logs what is wrong with it."""
         own, _ = without_others(arrival.batch, self._shared, arrival.authority)
         samples = fit_samples(own, arrival.authority)
-        (self._static if arrival.static else self._moving).take(samples)
+        (self._static if arrival.static else self._moving).offer(samples)
 
     def close(self) -> None:
         """Stop listening."""
@@ -207,16 +207,16 @@ class FleetEchoes:
 
         return sending
 
-    def without(self, take: Callable[[list[Sample]], None]) -> Callable[[list[Sample]], None]:
+    def without(self, receive: Callable[[list[Sample]], None]) -> Callable[[list[Sample]], None]:
         """Return a function that takes a message, and drops samples that return."""
-        def taking(samples: list[Sample]) -> None:
+        def receiving(samples: list[Sample]) -> None:
             with self._lock:
                 news = [sample for sample in samples if not self._is_echo(sample)]
             # A message without transforms is passed on, too.
             if news or not samples:
-                take(news)
+                receive(news)
 
-        return taking
+        return receiving
 
     def _remember(self, samples: Collection[Sample]) -> None:
         with self._lock:
@@ -344,7 +344,7 @@ class TfRelay(ClosingNode):
             topics['source_tf_topic'], topics['source_tf_static_topic'],
             MovingSender(echoes.remembering(send) if echoes else send, thinning_of(values)),
             StaticSender(echoes.remembering(send_static) if echoes else send_static),
-            echoes.without if echoes else lambda take: take)
+            echoes.without if echoes else lambda receive: receive)
         closing.callback(receiver.close)
 
 

@@ -113,7 +113,7 @@ class TransformDiagnostics(Closable):
         """Return the present health, and counts since the last report."""
         now = self._buffer.now()
         self._doctor.endpoints = endpoints_of(self._node, self._topics)
-        recent = self._doctor.take_recent()
+        recent = self._doctor.pop_recent()
         signs = {(one.parent, one.child): one for one in self._doctor.signs(now)}
         infos = {(info.parent, info.child): info for info in self._buffer.edges()}
         self._note_contested(recent)

@@ -14,7 +14,7 @@ from tf_tree_py.bag.files.connections import decode
 from tf_tree_py.bag.files.ros1_bytes import cursor_of
 from tf_tree_py.bag.opening import no_transforms
 from tf_tree_py.bag.progress import progress_bar
-from tf_tree_py.beyond.uncertainty.insertion import take_estimate
+from tf_tree_py.beyond.uncertainty.insertion import insert_estimate
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.messages.byte_cursor import WireError
@@ -54,7 +54,7 @@ class RecordedTree:
         self.buffer = BufferCore(cache_time)
         for observer in observers:
             self.buffer.observers.add(observer)
-        self._take_covariances(alone=topics_of(arguments) is not None)
+        self._insert_covariances(alone=topics_of(arguments) is not None)
         self._note_sources()
         self._decoder = Decoder()
         self._time_of = _clock_of(self._bag)
@@ -75,7 +75,7 @@ class RecordedTree:
             return self._watch(from_seconds(seconds))
         with progress_bar(self._bag.path.name, self._bag.expected()) as tell:
             for number, arrival in enumerate(self._arrivals, start=1):
-                self._take(arrival)
+                self._insert(arrival)
                 if number % _STRIDE == 0:
                     tell(_STRIDE)
         return False
@@ -83,7 +83,7 @@ class RecordedTree:
     def _watch(self, span: int) -> bool:
         end = None if self._end is None else self._end + span
         for arrival in self._arrivals:
-            self._take(arrival)
+            self._insert(arrival)
             end = arrival.received + span if end is None else end
             if arrival.received >= end:
                 self._end = end
@@ -110,13 +110,13 @@ class RecordedTree:
         """Return the faults of the files, one sentence each; complete after all was read."""
         return self._bag.damage
 
-    def _take_covariances(self, alone: bool) -> None:
+    def _insert_covariances(self, alone: bool) -> None:
         """Insert the covariances of static edges first, because they are valid at all times."""
         for found, _, authority in CovarianceTopics(self._bag, None, alone).heard(self.buffer):
             if isinstance(found, Incident):
                 self.buffer.intake.refuse(found)
             else:
-                take_estimate(self.buffer.intake, found, False, authority)
+                insert_estimate(self.buffer.intake, found, False, authority)
 
     def _note_sources(self) -> None:
         """Notify observers of what the robot's buffers reported of their sources, all at once."""
@@ -133,7 +133,7 @@ class RecordedTree:
                 for incident in reports.news(status.name, values):
                     self.buffer.intake.refuse(incident)
 
-    def _take(self, arrival: RecordedMessage) -> None:
+    def _insert(self, arrival: RecordedMessage) -> None:
         self._now = self._time_of(arrival.received)
         connection = arrival.connection
         batch = self._decoder.read(arrival)
@@ -176,4 +176,4 @@ def _ticks(arrivals: Iterator[RecordedMessage]) -> Iterator[tuple[int, int]]:
     """Yield the time of receiving of each message on ``/clock``, and the time in it."""
     for arrival in arrivals:
         with suppress(WireError):  # a damaged message says nothing about the clock
-            yield arrival.received, cursor_of(arrival.data, arrival.connection.ros1).take_time()
+            yield arrival.received, cursor_of(arrival.data, arrival.connection.ros1).read_time()

@@ -43,7 +43,7 @@ _APART_S = 1.0
 
 class DumpRequests:
     """
-    The requests for a recording since the last call of ``take``; from any thread.
+    The requests for a recording since the last call of ``pop``; from any thread.
 
     Each sender makes at most one request a second; further ones are counted in it, because
     anyone may call the service, at any rate.
@@ -65,7 +65,7 @@ class DumpRequests:
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._read, name='Enter', daemon=True).start()
 
-    def take(self) -> list[str]:
+    def pop(self) -> list[str]:
         """Return the senders of the requests since the last call, with their numbers."""
         now = time.monotonic()
         while not self._asked.empty():
@@ -203,7 +203,7 @@ def _watch(tree_input: TreeInput, recorder: FlightRecorder, status_line: '_Statu
     with requests.served_as(NAME) if requests and served else nullcontext():
         while True:
             more = tree_input.watch(_PERIOD_S)
-            for who in requests.take() if requests else ():
+            for who in requests.pop() if requests else ():
                 _write(recorder, watcher.happened(ASKED, f'requested by {who}'))
             for finding in watcher.new_findings():
                 _write(recorder, watcher.happened(finding.code, finding.summary, finding.frames))

@@ -98,10 +98,10 @@ class JointStates:
         self._gaps = np.zeros(joints, np.int64)
         self._sent = np.full(joints, _NEVER, np.int64)
 
-    def take(self, stamp: int, names: tuple[str, ...], positions: Array,
-             interval: int | None = None) -> Rows | None:
+    def update(self, stamp: int, names: tuple[str, ...], positions: Array,
+               interval: int | None = None) -> Rows | None:
         """
-        Take a message, and return which of the moving joints to send with its stamp.
+        Update by a message, and return which of the moving joints to send with its stamp.
 
         :param stamp: of the message, nanoseconds.
         :param names: of joints, or of variables of joints that have several.
@@ -124,8 +124,8 @@ class JointStates:
                 'positions that are not finite are ignored, of '
                 + listed(quoted(names[place]) for place in bad)))
             good = np.setdiff1d(np.arange(len(names)), bad)
-            return self.take(stamp, tuple(names[place] for place in good), positions[good],
-                             interval)
+            return self.update(stamp, tuple(names[place] for place in good), positions[good],
+                               interval)
         if not reading.moves or not self._set(reading, given):
             return None
         rows = self._report(stamp, reading)
@@ -192,7 +192,7 @@ class JointStates:
                  if given and name in self._robot.columns]
         if names:
             newest = int(before._reported.max())
-            self.take(newest, tuple(names), before.values[[robot.columns[n] for n in names]])
+            self.update(newest, tuple(names), before.values[[robot.columns[n] for n in names]])
 
     def again(self) -> tuple[int, Rows] | None:
         """
@@ -251,7 +251,7 @@ def joint_tracks(robot: Robot, states: Iterable[JointState],
     stamps, values, sent = [], [], []
     for when, names, positions in states:
         stamp = checked_stamp(when)
-        rows = known.take(stamp, tuple(names), np.asarray(positions, float))
+        rows = known.update(stamp, tuple(names), np.asarray(positions, float))
         if rows is not None:
             stamps.append(stamp)
             values.append(known.values)

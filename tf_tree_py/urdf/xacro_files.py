@@ -74,7 +74,7 @@ def _expanded(path: Path, arguments: dict[str, str]) -> DescriptionText:
         raise _refused(path, error) from error
     finally:
         xacro.parse = parse
-    places = tuple(_take_places(document.documentElement, Place(str(path), 1)))
+    places = tuple(_pop_places(document.documentElement, Place(str(path), 1)))
     files = dict.fromkeys([path, *map(Path, xacro.all_includes)])
     return DescriptionText(str(document.toprettyxml(indent='  ')), tuple(files), places)
 
@@ -107,7 +107,7 @@ class _Builder(expatbuilder.ExpatBuilderNS):
                                  + self._text_name)
 
 
-def _take_places(element: Element, around: Place) -> 'list[Place]':
+def _pop_places(element: Element, around: Place) -> 'list[Place]':
     """Remove the places from a document, and return them in the order of the elements."""
     found = []
     waiting = [(element, around)]

@@ -32,31 +32,31 @@ def sighting(stamp, map_T_odom=MAP_T_ODOM, covariance=SURE, spread=NONE):
 
 def anchored(**options):
     anchor = Anchor(LIMITS, **options)
-    anchor.take(sighting(0))
-    assert anchor.take(sighting(SECOND)).accepted
+    anchor.update(sighting(0))
+    assert anchor.update(sighting(SECOND)).accepted
     return anchor
 
 
 def test_nothing_is_published_before_two_agree():
     anchor = Anchor(LIMITS)
     assert anchor.publish(0) is None
-    assert not anchor.take(sighting(0, AWAY)).accepted
-    assert not anchor.take(sighting(0)).accepted and anchor.publish(1) is None
-    assert anchor.take(sighting(SECOND)).accepted
+    assert not anchor.update(sighting(0, AWAY)).accepted
+    assert not anchor.update(sighting(0)).accepted and anchor.publish(1) is None
+    assert anchor.update(sighting(SECOND)).accepted
     assert_same_pose(anchor.publish(SECOND), MAP_T_ODOM, 1e-9, reach=50.0)
 
 
 def test_outlier_is_refused_and_changes_nothing():
     anchor = anchored()
     before = anchor.held
-    verdict = anchor.take(sighting(2 * SECOND, AWAY))
+    verdict = anchor.update(sighting(2 * SECOND, AWAY))
     assert not verdict.accepted and verdict.distance > GATE
     assert anchor.held == before
 
 
 def test_four_in_a_row_that_agree_are_believed_as_after_a_kidnapping():
     anchor = anchored()
-    verdicts = [anchor.take(sighting(number * SECOND, AWAY)).accepted for number in range(2, 6)]
+    verdicts = [anchor.update(sighting(number * SECOND, AWAY)).accepted for number in range(2, 6)]
     assert verdicts == [False, False, False, True]
     assert_same_pose(anchor.held.map_T_odom, AWAY, 1e-9, reach=50.0)
 
@@ -64,10 +64,10 @@ def test_four_in_a_row_that_agree_are_believed_as_after_a_kidnapping():
 def test_late_sighting_from_before_a_kidnapping_does_not_bring_the_old_estimate_back():
     anchor = anchored()
     for number in (2, 3, 5):
-        assert anchor.take(sighting(number * SECOND)).accepted
+        assert anchor.update(sighting(number * SECOND)).accepted
     for number in range(6, 10):
-        anchor.take(sighting(number * SECOND, AWAY))
-    assert not anchor.take(sighting(4 * SECOND)).accepted
+        anchor.update(sighting(number * SECOND, AWAY))
+    assert not anchor.update(sighting(4 * SECOND)).accepted
     assert_same_pose(anchor.held.map_T_odom, AWAY, 1e-9, reach=50.0)
 
 
@@ -75,7 +75,7 @@ def test_scattered_outliers_are_never_believed():
     anchor, rng = anchored(), np.random.default_rng(2)
     for number in range(2, 40):
         away = Pose.from_xyz_rpy(*rng.uniform(-20, 20, 2), yaw=rng.uniform(-3, 3))
-        assert not anchor.take(sighting(number * SECOND, away)).accepted
+        assert not anchor.update(sighting(number * SECOND, away)).accepted
 
 
 def test_it_is_the_kalman_filter_where_all_is_linear():
@@ -83,7 +83,7 @@ def test_it_is_the_kalman_filter_where_all_is_linear():
     still = Pose()
     variance, estimate = 0.04, 0.0
     for number, seen in enumerate([0.0, 0.1, -0.2, 0.15]):
-        anchor.take(Sighting(number * SECOND, Pose(x=seen), 0.04 * np.eye(6), still, NONE))
+        anchor.update(Sighting(number * SECOND, Pose(x=seen), 0.04 * np.eye(6), still, NONE))
         if number:
             variance += 0.01
             gain = variance / (variance + 0.04)
@@ -101,8 +101,8 @@ def test_good_poses_pass_the_gate_as_often_as_their_covariance_says():
         there = MAP_T_ODOM @ ODOM_T_CAMERA
         seen = Pose.from_parts(np.add(there[:3], (x, y, z)),
                                (Pose.from_xyz_rpy(0, 0, 0, roll, pitch, yaw) @ there)[3:])
-        accepted += anchor.take(Sighting(number * SECOND, seen, SURE, ODOM_T_CAMERA,
-                                         spread)).accepted
+        accepted += anchor.update(Sighting(number * SECOND, seen, SURE, ODOM_T_CAMERA,
+                                           spread)).accepted
     assert 590 <= accepted <= 598
 
 
@@ -113,9 +113,9 @@ def test_what_was_published_stays_and_the_camera_is_no_faster_than_stated():
         stamp = SECOND + number * SECOND // 50
         if number % 25 == 0:
             x, y, yaw = rng.normal(0.0, (0.05, 0.05, 0.01))
-            anchor.take(sighting(stamp - SECOND // 3,
-                                 Pose.from_xyz_rpy(x=x, y=y, yaw=yaw) @ MAP_T_ODOM,
-                                 100.0 * SURE))
+            anchor.update(sighting(stamp - SECOND // 3,
+                                   Pose.from_xyz_rpy(x=x, y=y, yaw=yaw) @ MAP_T_ODOM,
+                                   100.0 * SURE))
         published[stamp] = anchor.publish(stamp)
     poses = np.array([pose @ ODOM_T_CAMERA for pose in published.values()])
     gone, turned = se3.distance_many(poses[:-1], poses[1:])
@@ -143,7 +143,7 @@ def test_frame_that_drives_on_is_no_faster_than_stated(speed, radius):
                 x, y, yaw = (0.6, 0.6, 0.35) * rng.uniform(-1.0, 1.0, 3)
                 map_T_odom = map_T_odom @ here @ Pose.from_xyz_rpy(x, y, yaw=yaw) @ here.inverse()
             if not stamp % SECOND:
-                anchor.take(Sighting(stamp, map_T_odom @ here, SURE, here, NONE))
+                anchor.update(Sighting(stamp, map_T_odom @ here, SURE, here, NONE))
             published = anchor.publish(stamp, here)
             if before is not None:
                 steps += [math.dist(se3.apply(before, place[:3]), se3.apply(published, place[:3]))
@@ -157,7 +157,7 @@ def test_after_a_kidnapping_it_says_how_far_it_still_has_to_go():
     anchor = anchored()
     anchor.publish(SECOND, ODOM_T_CAMERA)
     assert anchor.remaining == (0.0, 0.0, 0.0)
-    verdicts = [anchor.take(sighting(number * SECOND, AWAY)) for number in range(2, 6)]
+    verdicts = [anchor.update(sighting(number * SECOND, AWAY)) for number in range(2, 6)]
     assert [verdict.relocalised for verdict in verdicts] == [False, False, False, True]
     expected = se3.distance(MAP_T_ODOM @ ODOM_T_CAMERA, AWAY @ ODOM_T_CAMERA)
     distance, angle, seconds = anchor.remaining
@@ -174,9 +174,9 @@ def test_after_a_kidnapping_it_says_how_far_it_still_has_to_go():
 def test_beyond_a_distance_or_an_angle_it_jumps_and_says_so(jump_above):
     anchor = anchored(jump_above=jump_above)
     before = anchor.publish(SECOND, ODOM_T_CAMERA)
-    near = anchor.take(sighting(2 * SECOND, Pose(x=0.01) @ MAP_T_ODOM))
+    near = anchor.update(sighting(2 * SECOND, Pose(x=0.01) @ MAP_T_ODOM))
     assert near.accepted and near.jump is None
-    verdicts = [anchor.take(sighting(number * SECOND, AWAY)) for number in range(3, 7)]
+    verdicts = [anchor.update(sighting(number * SECOND, AWAY)) for number in range(3, 7)]
     assert [verdict.jump is None for verdict in verdicts] == [True, True, True, False]
     expected = se3.distance(MAP_T_ODOM @ ODOM_T_CAMERA, AWAY @ ODOM_T_CAMERA)
     assert verdicts[-1].jump == pytest.approx(expected, abs=0.02)
@@ -187,10 +187,10 @@ def test_beyond_a_distance_or_an_angle_it_jumps_and_says_so(jump_above):
 def test_one_jump_is_reported_once_however_many_sightings_follow():
     anchor = anchored(jump_above=(1.0, 0.5))
     anchor.publish(SECOND, ODOM_T_CAMERA)
-    verdicts = [anchor.take(sighting(number * SECOND, AWAY)) for number in range(2, 12)]
+    verdicts = [anchor.update(sighting(number * SECOND, AWAY)) for number in range(2, 12)]
     assert [verdict.jump is not None for verdict in verdicts] == 3 * [False] + [True] + 6 * [False]
     assert_same_pose(anchor.publish(SECOND + 1, ODOM_T_CAMERA), AWAY, 1e-9, reach=50.0)
-    back = [anchor.take(sighting(number * SECOND)).jump is None for number in range(12, 16)]
+    back = [anchor.update(sighting(number * SECOND)).jump is None for number in range(12, 16)]
     assert back == [True, True, True, False]
 
 
@@ -199,7 +199,7 @@ def test_what_was_published_more_than_a_minute_ago_is_refused():
     anchor, published = anchored(), {}
     for number in range(90):
         stamp = (2 + number) * SECOND
-        anchor.take(sighting(stamp, Pose(x=0.01 * (number % 7)) @ MAP_T_ODOM))
+        anchor.update(sighting(stamp, Pose(x=0.01 * (number % 7)) @ MAP_T_ODOM))
         published[stamp] = anchor.publish(stamp, ODOM_T_CAMERA)
     for stamp, pose in published.items():
         if stamp >= 31 * SECOND:
@@ -211,37 +211,37 @@ def test_what_was_published_more_than_a_minute_ago_is_refused():
 
 def test_what_is_not_finite_is_refused_with_a_reason():
     with pytest.raises(InvalidArgumentException, match='must be finite'):
-        Anchor(LIMITS).take(sighting(0, Pose(x=math.nan)))
+        Anchor(LIMITS).update(sighting(0, Pose(x=math.nan)))
 
 
 def test_one_that_is_delivered_again_is_no_second_one():
     """For example by two bridges, from a latched topic, or from a bag played in a loop."""
     anchor = Anchor(LIMITS)
-    assert not anchor.take(sighting(0)).accepted
-    assert anchor.take(sighting(0)) == (False, None, True, False, None) and anchor.held is None
+    assert not anchor.update(sighting(0)).accepted
+    assert anchor.update(sighting(0)) == (False, None, True, False, None) and anchor.held is None
     anchor = anchored()
     before = anchor.held
-    verdicts = [anchor.take(sighting(2 * SECOND, AWAY)) for _ in range(9)]
+    verdicts = [anchor.update(sighting(2 * SECOND, AWAY)) for _ in range(9)]
     assert [verdict.repeated for verdict in verdicts] == [False] + 8 * [True]
     assert anchor.held == before
     for number in range(3, 5_500):
-        anchor.take(sighting(number * SECOND))
+        anchor.update(sighting(number * SECOND))
     assert bytes_of(anchor) < 2_200_000
-    assert not anchor.take(sighting(498 * SECOND)).repeated
-    assert anchor.take(sighting(5_499 * SECOND)).repeated
+    assert not anchor.update(sighting(498 * SECOND)).repeated
+    assert anchor.update(sighting(5_499 * SECOND)).repeated
 
 
 def test_two_cameras_with_one_stamp_are_two():
     anchor = Anchor(LIMITS)
-    anchor.take(sighting(0))
-    assert anchor.take(sighting(0, Pose(x=1e-3) @ MAP_T_ODOM)).accepted
+    anchor.update(sighting(0))
+    assert anchor.update(sighting(0, Pose(x=1e-3) @ MAP_T_ODOM)).accepted
 
 
 def test_what_is_no_covariance_is_refused_with_a_reason():
     for wrong in ({'covariance': -SURE}, {'spread': np.diag([1.0, 1, 1, 1, 1, -1])},
                   {'covariance': np.full((6, 6), np.nan)}):
         with pytest.raises(InvalidArgumentException, match='covariance'):
-            Anchor(LIMITS).take(sighting(0, **wrong))
+            Anchor(LIMITS).update(sighting(0, **wrong))
 
 
 def test_in_the_plane_nothing_but_x_y_and_yaw_moves():
@@ -251,7 +251,7 @@ def test_in_the_plane_nothing_but_x_y_and_yaw_moves():
         x, y, z, roll, pitch, yaw = rng.normal(0.0, 0.003, 6)
         seen = Pose.from_parts(np.add(there[:3], (x, y, 0.5 + z)), (Pose.from_xyz_rpy(
             roll=0.3 + roll, pitch=pitch, yaw=yaw) @ there)[3:])
-        anchor.take(Sighting(number * SECOND, seen, SURE, ODOM_T_CAMERA, NONE))
+        anchor.update(Sighting(number * SECOND, seen, SURE, ODOM_T_CAMERA, NONE))
         if anchor.held:
             x, y, z, *q = anchor.held.map_T_odom
             roll, pitch, _ = so3.as_rpy(tuple(q))
@@ -265,7 +265,7 @@ def test_drift_may_grow_with_the_way():
     """While the robot stands, the anchor loses no confidence; after driving, it has less."""
     anchor = Anchor(LIMITS, drift=(0.0, 0.0), drift_by_way=(0.1, 0.01))
     for stamp, x in ((0, 0.0), (SECOND, 0.0), (9 * SECOND, 0.0), (10 * SECOND, 4.0)):
-        anchor.take(Sighting(stamp, Pose(x=x), SURE, Pose(x=x), NONE))
+        anchor.update(Sighting(stamp, Pose(x=x), SURE, Pose(x=x), NONE))
         if stamp == 9 * SECOND:
             assert anchor.held.covariance[0, 0] == pytest.approx(SURE[0, 0] / 3, rel=1e-3)
     expected = 1.0 / (1.0 / SURE[0, 0] + 1.0 / (SURE[0, 0] / 3 + 4.0 * 0.1**2))
@@ -281,9 +281,9 @@ def test_turns_of_the_odometry_move_the_frame_by_the_way_that_follows():
     turn, way, seconds = 0.01, 12.0, 20
     anchor = Anchor(LIMITS, drift=(0.0, turn), gate=math.inf)
     for number in range(2):
-        anchor.take(Sighting(0, Pose(x=1e-6 * number), 1e-12 * SURE, Pose(), NONE))
+        anchor.update(Sighting(0, Pose(x=1e-6 * number), 1e-12 * SURE, Pose(), NONE))
     here = Pose(x=way)
-    anchor.take(Sighting(seconds * SECOND, here, UNSURE, here, NONE))
+    anchor.update(Sighting(seconds * SECOND, here, UNSURE, here, NONE))
     variance = turn**2 * seconds
     for place, expected in (((1, 1), way**2 / 3), ((2, 2), way**2 / 3), ((1, 5), way / 2),
                             ((2, 4), -way / 2), ((5, 5), 1.0), ((0, 0), 0.0)):
@@ -306,8 +306,8 @@ def test_order_in_which_sightings_arrive_does_not_matter(planar):
         assert late != sorted(late)
         first, second = (Anchor(LIMITS, (0.12, 0.06), planar=planar) for _ in range(2))
         for number, other in enumerate(late):
-            assert first.take(coming[number]).accepted == (number > 0)
-            assert second.take(coming[other]).accepted == (number > 0)
+            assert first.update(coming[number]).accepted == (number > 0)
+            assert second.update(coming[other]).accepted == (number > 0)
         assert_same_pose(first.held.map_T_odom, second.held.map_T_odom, 1e-9, reach=10.0)
         np.testing.assert_allclose(first.held.covariance, second.held.covariance, atol=1e-12)
 
@@ -317,7 +317,7 @@ def test_in_the_plane_nothing_is_known_to_be_off_it():
     anchor = Anchor(LIMITS, drift_by_way=(0.05, 0.02), planar=True)
     for number in range(200):
         here = Pose(x=0.5 * number)
-        anchor.take(Sighting(number * SECOND, here, SURE, here, NONE))
+        anchor.update(Sighting(number * SECOND, here, SURE, here, NONE))
     in_plane, off = [0, 1, 5], [2, 3, 4]
     assert not anchor.held.covariance[off].any() and not anchor.held.covariance[:, off].any()
     assert (np.linalg.eigvalsh(anchor.held.covariance[np.ix_(in_plane, in_plane)]) > 0.0).all()
@@ -341,7 +341,7 @@ def slipped(rate, seed, seconds=14.0):
         while seen <= stamp:
             x, y, z = rng.normal(0.0, 0.01, 3).tolist()
             odom = Pose(x=SLIP if seen >= 2 * SECOND else 0.0)
-            anchor.take(Sighting(seen, Pose(x, y, z), covariance, odom, NONE))
+            anchor.update(Sighting(seen, Pose(x, y, z), covariance, odom, NONE))
             seen += period
         if anchor.held and believed is None and anchor.held.map_T_odom[0] < -0.8 * SLIP:
             believed = stamp

@@ -18,7 +18,7 @@ import pytest
 from strategies import assert_same_pose
 from tf_tree_py import BufferCore, ConstantTwist, load, lookup_twist, screws, Spline
 from tf_tree_py.beyond.curves.curve import GivenCurve
-from tf_tree_py.beyond.uncertainty.insertion import take_covariance
+from tf_tree_py.beyond.uncertainty.insertion import insert_covariance
 from tf_tree_py.core import (
     FutureExtrapolationException,
     InvalidArgumentException,
@@ -292,7 +292,7 @@ def test_stamps_of_a_curve_show_it_and_are_not_too_many():
 def test_uncertainty_and_prediction_work_on_any_curve():
     buffer = BufferCore()
     buffer.insert_curve('odom', 'base', ConstantTwist(BEGIN, END, TILT, (1, 0, 0, 0, 0, 0.5)))
-    take_covariance(buffer.intake, 'odom', 'base', BEGIN, np.eye(6) * 1e-4, 'me')
+    insert_covariance(buffer.intake, 'odom', 'base', BEGIN, np.eye(6) * 1e-4, 'me')
     _, covariance = buffer.lookup_uncertain('odom', 'base', 2 * SECOND)
     assert covariance == pytest.approx(np.eye(6) * 1e-4)
     ahead = buffer.predict('odom', 'base', END + SECOND // 10, SECOND)

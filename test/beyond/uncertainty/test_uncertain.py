@@ -11,7 +11,7 @@ from strategies import random_pose
 from tf_tree_py import BufferCore
 from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
 from tf_tree_py.beyond.uncertainty.covariances import carried, composed
-from tf_tree_py.beyond.uncertainty.insertion import take_covariance
+from tf_tree_py.beyond.uncertainty.insertion import insert_covariance
 from tf_tree_py.core import ExtrapolationException, Kind, Pose, se3
 from tf_tree_py.core.errors import InvalidArgumentException, LookupException
 from tf_tree_py.core.geometry.so3 import as_matrix
@@ -227,7 +227,8 @@ def test_turn_between_two_samples_counts_if_it_is_one_turn(pose_between):
 def test_covariance_holds_before_the_first_and_until_another_comes():
     buffer = moving(covariance=False)
     for stamp, variance in ((SECOND, 1.0), (3 * SECOND // 2, 3.0)):
-        take_covariance(buffer.intake, 'odom', 'base', stamp, np.eye(6) * variance * 1e-9, 'test')
+        insert_covariance(
+            buffer.intake, 'odom', 'base', stamp, np.eye(6) * variance * 1e-9, 'test')
     stamps = np.array([1, SECOND, 5 * SECOND // 4, 3 * SECOND // 2, 2 * SECOND])
     variances = buffer.lookup_uncertain_many('odom', 'base', stamps)[1][:, 0, 0]
     np.testing.assert_allclose(variances, np.array([1.0, 1.0, 2.0, 3.0, 3.0]) * 1e-9)
@@ -300,7 +301,7 @@ def test_of_a_refused_sample_nothing_stays():
 
 def test_strangers_cannot_fill_the_memory_with_names():
     buffer = BufferCore(max_frames=5, max_name_bytes=20)
-    taken = [take_covariance(buffer.intake, 'odom', name, 1, np.eye(6), 'stranger') for name in (
+    taken = [insert_covariance(buffer.intake, 'odom', name, 1, np.eye(6), 'stranger') for name in (
         'a', 'b' * 21, 'c', 'd\0', 'e', 'f', 'g', 'h', 'a')]
     kinds = [incidents[0].kind if incidents else None for incidents in taken]
     assert kinds == [None, Kind.BAD_NAME, None, Kind.BAD_NAME, None, None, None,
@@ -343,5 +344,5 @@ def test_tree_without_them_keeps_nothing_of_the_kind():
     for tree in (Tree(SECOND, 9, 9), Tree(SECOND, 9, 9).copy()):
         assert not tree.companions
     assert not hasattr(buffer.intake.tree.histories['base'], '__dict__')
-    take_covariance(buffer.intake, 'odom', 'base', 1, np.eye(6), 'test')
+    insert_covariance(buffer.intake, 'odom', 'base', 1, np.eye(6), 'test')
     assert list(edges_with_covariances(buffer)) == [('odom', 'base')]

@@ -17,7 +17,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.beyond.uncertainty.insertion import EdgeEstimate, take_estimate
+from tf_tree_py.beyond.uncertainty.insertion import EdgeEstimate, insert_estimate
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
@@ -148,7 +148,7 @@ class Assembler:
         # The number of messages to insert one by one before the next search for a group.
         self._stride = 0
 
-    def take(self, arrivals: Iterable[RecordedMessage],
+    def assemble(self, arrivals: Iterable[RecordedMessage],
              tell: Callable[[int], None] = lambda _: None) -> None:
         """
         Insert messages in their order.
@@ -156,7 +156,7 @@ class Assembler:
         :param tell: called from time to time with the number of messages inserted since.
         """
         for window in _windows(arrivals):
-            self._take_window(window)
+            self._insert_window(window)
             tell(len(window))
         for edge, stamps in self._arrived.stamps().items():
             self._note_order(edge, stamps)
@@ -164,7 +164,7 @@ class Assembler:
             self.oddities.note(LONE_STAMP, detail, edge, times=len(stamps),
                                first=int(stamps.min()), last=int(stamps.max()))
 
-    def take_track(self, track: SampleTrack, authority: str) -> None:
+    def insert_track(self, track: SampleTrack, authority: str) -> None:
         """Insert all samples of an edge that was not received itself, in order of arrival."""
         self._insert(track, authority)
         self._note_order((track.parent, track.child), track.stamps)
@@ -175,27 +175,27 @@ class Assembler:
             before, stamp = int(stamps[place]), int(stamps[place + 1])
             self.oddities.note(*_fault(before, stamp), edge, first=stamp)
 
-    def take_estimate(self, estimate: EdgeEstimate, with_pose: bool, authority: str) -> None:
+    def insert_estimate(self, estimate: EdgeEstimate, with_pose: bool, authority: str) -> None:
         """Insert the covariance of an edge from a topic, and its pose if requested."""
         self.oddities.note_incidents(
-            take_estimate(self.intake, estimate, with_pose, authority))
+            insert_estimate(self.intake, estimate, with_pose, authority))
 
     def refuse(self, incident: Incident) -> None:
         """Count and record a message that cannot be inserted."""
         self.intake.refuse(incident)
         self.oddities.note_incidents([incident])
 
-    def _take_window(self, arrivals: Sequence[RecordedMessage]) -> None:
+    def _insert_window(self, arrivals: Sequence[RecordedMessage]) -> None:
         window = decode(arrivals, self._decoder)
         begin = 0
         while begin < len(arrivals):
             end = self._first_other(arrivals, window, begin)
-            self._take_together(arrivals, window, begin, end)
+            self._insert_together(arrivals, window, begin, end)
             # If nearly no messages fit a group, the search would cost more than it saves.
             self._stride = 1 if end - begin >= self._stride else 2 * self._stride
             begin = min(end + self._stride, len(arrivals))
             for arrival in arrivals[end:begin]:
-                self._take_one(arrival)
+                self._insert_one(arrival)
 
     # --- edge by edge
 
@@ -219,12 +219,12 @@ class Assembler:
         older = samples.stamps < history.oldest_stamp
         return int(samples.messages[older.argmax()]) if older.any() else end
 
-    def _take_together(self, arrivals: Sequence[RecordedMessage], window: MessageWindow,
-                       begin: int, end: int) -> None:
+    def _insert_together(self, arrivals: Sequence[RecordedMessage], window: MessageWindow,
+                         begin: int, end: int) -> None:
         """Insert messages that only extend histories."""
         for number in window.others:
             if begin <= number < end:
-                self._take_one(arrivals[number])
+                self._insert_one(arrivals[number])
         for edge, samples in window.edges.items():
             some = samples.between(begin, end)
             if not len(some.messages):
@@ -234,11 +234,11 @@ class Assembler:
             self._insert(SampleTrack(*edge, some.stamps, some.poses), authority)
 
     def _insert(self, track: SampleTrack, authority: str) -> None:
-        self.oddities.note_incidents(self.intake.take_track(track, authority))
+        self.oddities.note_incidents(self.intake.insert_track(track, authority))
 
     # --- message by message
 
-    def _take_one(self, arrival: RecordedMessage) -> None:
+    def _insert_one(self, arrival: RecordedMessage) -> None:
         connection = arrival.connection
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
@@ -250,7 +250,7 @@ class Assembler:
             for edge, stamp in zip(batch.edges, batch.stamps, strict=True):
                 self._arrived.add(edge, arrival.received, stamp, connection.authority)
         self.oddities.note_incidents(
-            self.intake.take_batch(batch, connection.authority, connection.static))
+            self.intake.insert_batch(batch, connection.authority, connection.static))
 
     def _is_repeated(self, arrival: RecordedMessage) -> bool:
         """Return whether a static message only repeats values in the tree."""

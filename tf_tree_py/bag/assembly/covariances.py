@@ -53,9 +53,9 @@ class CovarianceTopics:
         for connection in self.connections:
             _check_type(bag, connection, self.rules[connection.topic])
 
-    def take_into(self, assembly: Assembler, rename_of: Callable[[Connection], Rename],
-                  wanted: Callable[[str, str], bool], start: int | None, stop: int | None,
-                  tell: Callable[[int], None]) -> None:
+    def insert_into(self, assembly: Assembler, rename_of: Callable[[Connection], Rename],
+                    wanted: Callable[[str, str], bool], start: int | None, stop: int | None,
+                    tell: Callable[[int], None]) -> None:
         """
         Insert the covariances of edges with transforms.
 
@@ -70,7 +70,7 @@ class CovarianceTopics:
             if isinstance(found, Incident):
                 assembly.refuse(found)
             elif wanted(found.parent, found.child):
-                assembly.take_estimate(found, rules.with_poses, authority)
+                assembly.insert_estimate(found, rules.with_poses, authority)
         _note_strays(assembly)
 
     def heard(self, tree: Queries,
@@ -82,7 +82,7 @@ class CovarianceTopics:
 
         :param tree: has the transforms for the estimates that are moved.
 
-        The other parameters are those of ``take_into``.
+        The other parameters are those of ``insert_into``.
         """
         # Those that are moved come last: their path may have its poses from another topic.
         for topic, rules in sorted(self.rules.items(), key=lambda each: each[1].edge is not None):

@@ -31,9 +31,9 @@ class JointStateReader:
         :raises WireError: it ends too soon, or its names are not text.
         """
         cursor = cursor_of(data, self._ros1)
-        stamp = cursor.take_stamp()
+        stamp = cursor.read_stamp()
         names = self._names_at(cursor)
-        return JointState(stamp, names, cursor.take_doubles(cursor.take_uint32()))
+        return JointState(stamp, names, cursor.read_doubles(cursor.read_uint32()))
 
     def _names_at(self, cursor: ByteCursor) -> tuple[str, ...]:
         """Return the names after the stamp, and move past them."""
@@ -42,7 +42,7 @@ class JointStateReader:
         if self._known and cursor.data[begin:end] == self._known:
             cursor.position = end
             return self._names
-        cursor.take_text()  # frame_id, which has no meaning here
-        self._names = tuple([cursor.take_text() for _ in range(cursor.take_uint32())])
+        cursor.read_text()  # frame_id, which has no meaning here
+        self._names = tuple([cursor.read_text() for _ in range(cursor.read_uint32())])
         self._known = bytes(cursor.data[begin:cursor.position])
         return self._names

@@ -49,11 +49,11 @@ class McapScan(RecordScan):
         try:
             while file:
                 opcode, length = file.number('B'), file.number('Q')
-                content = Bytes(file.take(length))
+                content = Bytes(file.read(length))
                 if opcode == _DATA_END:
                     return
                 if opcode == _CHUNK:
-                    content.take(8 + 8)
+                    content.read(8 + 8)
                     if content.number('Q') > unpacked_limit(length):
                         raise too_large('a chunk', length)
         except Cut:
@@ -68,7 +68,7 @@ class McapScan(RecordScan):
         file = self._file()
         try:
             opcode, length = file.number('B'), file.number('Q')
-            profile = Bytes(file.take(length)).text()
+            profile = Bytes(file.read(length)).text()
         except Cut:
             return
         if opcode == _HEADER and profile != 'ros2':
@@ -78,13 +78,13 @@ class McapScan(RecordScan):
         footer = Bytes(self._data[-_FOOTER_BYTES:])
         if self._data[-len(_MAGIC):] != _MAGIC or footer.number('B') != _FOOTER:
             return
-        footer.take(8)
+        footer.read(8)
         summary = Bytes(self._data)
         summary.position = footer.number('Q') or len(self._data)
         try:
             while summary:
                 opcode = summary.number('B')
-                self._describe(opcode, Bytes(summary.take(summary.number('Q'))))
+                self._describe(opcode, Bytes(summary.read(summary.number('Q'))))
         except Cut:  # the magic bytes, which are not a record
             return
 
@@ -98,7 +98,7 @@ class McapScan(RecordScan):
                 if opcode == _DATA_END:
                     self._ended = True
                     return
-                content = Bytes(data.take(min(length, data.left)))
+                content = Bytes(data.read(min(length, data.left)))
                 if opcode == _CHUNK:
                     yield from self._chunk(content)
                 if length > len(content.data):
@@ -118,9 +118,9 @@ class McapScan(RecordScan):
     def _chunk(self, chunk: Bytes) -> Iterator[RecordedMessage]:
         """Yield the messages of a chunk, or of the part of it that exists."""
         begin = chunk.position
-        chunk.take(8 + 8 + 8)  # times of the first and last message, size
+        chunk.read(8 + 8 + 8)  # times of the first and last message, size
         checksum, compression, length = chunk.number('I'), chunk.text(), chunk.number('Q')
-        packed = chunk.take(min(length, chunk.left))
+        packed = chunk.read(min(length, chunk.left))
         try:
             unpacked, used = unpacked_part(compression, packed)
             if checksum and len(packed) == length and zlib.crc32(unpacked) != checksum:
@@ -151,13 +151,13 @@ class McapScan(RecordScan):
 
     def _message(self, content: Bytes) -> Iterator[RecordedMessage]:
         connection = self._channels.get(content.number('H'))
-        content.take(4)  # a sequence number
+        content.read(4)  # a sequence number
         received = content.number('Q')
-        content.take(8)  # the time of publishing
+        content.read(8)  # the time of publishing
         if connection is None:
             self._unknown_bytes += content.left
         else:
-            yield RecordedMessage(received, connection, bytes(content.take(content.left)))
+            yield RecordedMessage(received, connection, bytes(content.read(content.left)))
 
 
 def _metadata(data: Bytes) -> dict[str, str]:

@@ -47,12 +47,12 @@ class PlainFile:
             if log is None:
                 self._unpack(Path(self._folder.name) / recording.stem)
             else:
-                self._take_log(log, Path(self._folder.name))
+                self._add_log(log, Path(self._folder.name))
         except (OSError, TooLarge):
             self.close()
             raise
 
-    def _take_log(self, log: Path, folder: Path) -> None:
+    def _add_log(self, log: Path, folder: Path) -> None:
         """Write the log into a copy, if SQLite can; a scan reads both as they are."""
         try:
             check_for_sqlite(self._recording, log)

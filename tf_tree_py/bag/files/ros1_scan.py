@@ -50,7 +50,7 @@ class Ros1Scan(RecordScan):
             try:
                 header, length = _fields(Bytes(data.sized())), data.number('I')
                 opcode = header['op'][0]
-                content = data.take(min(length, data.left))
+                content = data.read(min(length, data.left))
                 if opcode == _CHUNK:
                     yield from self._chunk(header['compression'], content)
                 if length > len(content):

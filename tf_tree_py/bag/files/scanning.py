@@ -86,7 +86,7 @@ class Bytes:
         """Return the number of bytes after the position."""
         return len(self.data) - self.position
 
-    def take(self, size: int) -> memoryview:
+    def read(self, size: int) -> memoryview:
         """
         Return the next bytes.
 
@@ -99,12 +99,12 @@ class Bytes:
 
     def number(self, letter: str) -> int:
         """Return the next number, in struct's format."""
-        (value,) = struct.unpack('<' + letter, self.take(struct.calcsize(letter)))
+        (value,) = struct.unpack('<' + letter, self.read(struct.calcsize(letter)))
         return int(value)
 
     def sized(self) -> memoryview:
         """Return the bytes that follow their length."""
-        return self.take(self.number('I'))
+        return self.read(self.number('I'))
 
     def text(self) -> str:
         """Return the string that follows its length in bytes."""
@@ -142,7 +142,7 @@ class RecordScan:
     def _file(self) -> Bytes:
         """Return the records of the file."""
         file = Bytes(self._data)
-        file.take(self._begin)
+        file.read(self._begin)
         return file
 
     def _records_in_chunk(self, packed: int, used: int,

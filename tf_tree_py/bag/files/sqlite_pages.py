@@ -96,7 +96,7 @@ class Pages:
         self.encoding = _ENCODINGS.get(encoding, 'utf-8')
         self._logged, self.damaged_log = self._read_log(path)
         self._count = -(-len(self._data) // self.size)
-        self._taken: set[int] = set()
+        self._claimed: set[int] = set()
 
     def _read_log(self, path: Path) -> tuple[dict[int, memoryview], str]:
         log = log_of(path)
@@ -115,7 +115,7 @@ class Pages:
         """Yield the numbers of the leaves that were not read as parts of a tree or a chain."""
         for number in sorted({*range(1, self._count + 1), *self._logged}):
             page_type = self._there(number)[_header_of(number):][:1]
-            if page_type == bytes([_LEAF]) and number not in self._taken:
+            if page_type == bytes([_LEAF]) and number not in self._claimed:
                 yield number
 
     def _there(self, number: int) -> memoryview:
@@ -129,16 +129,16 @@ class Pages:
             raise Damaged('a page is missing')
         return page
 
-    def take(self, number: int) -> int:
+    def claim(self, number: int) -> int:
         """
         Return the type of a page of a tree, and let nothing else use it.
 
         :raises Damaged: it is missing, or in use.
         """
         page = self._page(number)
-        if number in self._taken:
+        if number in self._claimed:
             raise Damaged('two pages name the same one')
-        self._taken.add(number)
+        self._claimed.add(number)
         return page[_header_of(number)]
 
     def branches(self, root: int) -> Iterator[Branch]:
@@ -151,7 +151,7 @@ class Pages:
         while left:
             branch = left.pop()
             try:
-                page_type = self.take(branch.page)
+                page_type = self.claim(branch.page)
                 if page_type == _LEAF:
                     self._pointers(branch.page, 8)
                     yield branch
@@ -228,7 +228,7 @@ class Pages:
         share = least + (size - least) % (self._usable - 4)
         return share if share <= most else least
 
-    def take_chain(self, cell: Cell) -> None:
+    def claim_chain(self, cell: Cell) -> None:
         """
         Check that the whole record of a cell is there, and let nothing else use its pages.
 
@@ -236,7 +236,7 @@ class Pages:
         """
         number = cell.chain
         for begin in range(len(cell.begin), cell.size, self._usable - 4):
-            self.take(number)
+            self.claim(number)
             page = self._page(number)
             if len(page) - 4 < min(cell.size - begin, self._usable - 4):
                 raise Damaged('a page ends too soon')
@@ -246,7 +246,7 @@ class Pages:
 
     def record(self, cell: Cell) -> memoryview:
         """
-        Return the whole record of a cell; ``take_chain`` checked it.
+        Return the whole record of a cell; ``claim_chain`` checked it.
 
         :raises Damaged: a page is missing.
         """

@@ -173,7 +173,7 @@ class _Rows:
                 if cell is None or not _covers(ranges, cell.row) or not self._is_row(cell):
                     raise Damaged('it is no row of this table')
                 self._highest = max(self._highest, cell.row)
-                self._pages.take_chain(cell)
+                self._pages.claim_chain(cell)
             except Damaged:
                 others += 1
             else:

@@ -173,9 +173,9 @@ class Anchor:
 
     # --- receiving
 
-    def take(self, sighting: Sighting) -> Verdict:
+    def update(self, sighting: Sighting) -> Verdict:
         """
-        Take a sighting; if it is accepted, the published edge blends to the new estimate.
+        Update by a sighting; if it is accepted, the published edge blends to the new estimate.
 
         :raises InvalidArgumentException: a pose that is not finite, or an invalid covariance.
         """

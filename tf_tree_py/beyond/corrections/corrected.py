@@ -47,7 +47,7 @@ class CorrectedSamples(Samples):
     # --- inserting
 
     def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
-        """Take the next sample; see ``History.append``."""
+        """Insert the next sample; see ``History.append``."""
         correction = self.corrections.get(self.parent or '')
         if correction is not None:
             unpacked = correction.moved(stamp, unpacked or unpack_pose(pose))
@@ -55,14 +55,14 @@ class CorrectedSamples(Samples):
         return super().append(stamp, pose, unpacked)
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
-        """Take a sample; see ``History.insert``."""
+        """Insert a sample; see ``History.insert``."""
         correction = self.corrections.get(parent)
         if correction is not None:
             pose = correction.moved(stamp, pose)
         return super().insert(stamp, parent, pose)
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
-        """Take many samples; see ``MovingHistory.extend``."""
+        """Insert many samples; see ``MovingHistory.extend``."""
         correction = self.corrections.get(self.parent or '')
         if correction is not None:
             poses = correction.stages.moved_many(stamps, poses)

@@ -88,9 +88,9 @@ class GyroAided(Interpolation):
         self.base.clear()
         self.forget()
 
-    def take_rates(self, stamps: Stamps, rates: Array, max_gap: int | None,
-                   saturation: float) -> int:
-        """Take samples of the gyroscope; see ``Gyro.extend``."""
+    def insert_rates(self, stamps: Stamps, rates: Array, max_gap: int | None,
+                     saturation: float) -> int:
+        """Insert samples of the gyroscope; see ``Gyro.extend``."""
         self.forget()
         return self.gyro.extend(stamps, rates, max_gap, saturation)
 

@@ -144,7 +144,7 @@ class CurveHistory:
     # --- inserting
 
     def replace(self, curve: EdgeCurve, authority: str) -> bool:
-        """Take another curve unless it begins later, which may change paths; return whether."""
+        """Insert another curve unless it begins later, which may change paths; return whether."""
         if self.curve is None or self.curve.oldest > curve.oldest:
             return False
         self.curve, self.authority = curve, authority

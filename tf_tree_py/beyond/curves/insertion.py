@@ -45,7 +45,7 @@ class CurveBuffer(PlainBuffer):
             if not isinstance(frame, str):
                 raise InvalidArgumentException(f'{name} is the name of a frame, not {frame!r}')
         parent, child = parent.removeprefix('/'), child.removeprefix('/')
-        return self._refusals.report(take_curve(
+        return self._refusals.report(insert_curve(
             self.intake, parent, child, as_edge_curve(curve, f'{parent} -> {child}'),
             authority), strict)
 
@@ -86,11 +86,11 @@ class CurveBuffer(PlainBuffer):
             history, gyroscope = aided(self._tree.histories.get(child), child,
                                        self._tree.cache_time)
             self._tree.replace(history)
-            return gyroscope.take_rates(times[order], rates[order], max_gap, saturation)
+            return gyroscope.insert_rates(times[order], rates[order], max_gap, saturation)
 
 
-def take_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
-               authority: str) -> list[Incident]:
+def insert_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
+                 authority: str) -> list[Incident]:
     """
     Replace an edge by a curve, whatever its kind, and notify observers of its newest pose.
 
@@ -114,7 +114,7 @@ def take_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
         intake.count(not (incidents and incidents[-1].refused), incidents)
         return incidents
 
-    return intake.take([newest], authority, insert=insert)
+    return intake.insert([newest], authority, insert=insert)
 
 
 def checked_rates(given: npt.ArrayLike, count: int) -> Array:

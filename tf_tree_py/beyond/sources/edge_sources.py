@@ -70,7 +70,7 @@ class EdgeSources(SourceSamples):
         # again after the second stamp.
         self._since = self._judge_after = BEGINNING - 1
 
-    def take(self, tree: Tree, name: str, sample: Sample) -> tuple[list[Sample], list[Incident]]:
+    def insert(self, tree: Tree, name: str, sample: Sample) -> tuple[list[Sample], list[Incident]]:
         """
         Store a sample of a source.
 

@@ -101,7 +101,7 @@ class SourceBuffer(PlainBuffer):
         """
         source = checked_source(source)
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self.intake.take(
+        return self.intake.insert(
             [sample], source, insert=self._insert_of_source, announced=True)
 
     def _insert_of_source(self, samples: list[Sample], source: str, _: bool) -> list[Incident]:
@@ -112,7 +112,7 @@ class SourceBuffer(PlainBuffer):
                 self.intake.count(0, [sound])
                 return [sound]
             sources = _made(self._tree, sound.parent, sound.child)
-            chosen, reported = sources.take(self._tree, source, sound)
+            chosen, reported = sources.insert(self._tree, source, sound)
             self.intake.count(0, reported)
             self.intake.announce(chosen, sources.active)
             incidents += reported + self.intake.insert_each(chosen, sources.active, False)

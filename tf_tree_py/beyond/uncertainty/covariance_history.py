@@ -349,7 +349,7 @@ class EdgeCovariances(Companion):
 def set_covariance(tree: Tree, parent: str, child: str, stamp: int, covariance: Array,
                    authority: str) -> list[Incident]:
     """
-    Take the covariance (6, 6) of an edge at a stamp; the edge need not have poses yet.
+    Insert the covariance (6, 6) of an edge at a stamp; the edge need not have poses yet.
 
     :return: refusals, because the names come from messages; nearly always empty.
     """

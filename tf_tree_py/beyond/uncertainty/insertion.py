@@ -221,13 +221,13 @@ class UncertainBuffer(PlainBuffer):
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
         if covariance is None:
-            return self._refusals.report(self.intake.take([sample], authority, static), strict)
-        return self._refusals.report(take_uncertain(
+            return self._refusals.report(self.intake.insert([sample], authority, static), strict)
+        return self._refusals.report(insert_uncertain(
             self.intake, sample, checked_covariance(covariance), authority, static), strict)
 
 
-def take_uncertain(intake: Intake, sample: Sample, covariance: Array, authority: str,
-                   static: bool) -> list[Incident]:
+def insert_uncertain(intake: Intake, sample: Sample, covariance: Array, authority: str,
+                     static: bool) -> list[Incident]:
     """Insert a sample and its covariance (6, 6), or neither if one of them is refused."""
     def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
         incidents = intake.insert_each(samples, authority, static)
@@ -237,11 +237,11 @@ def take_uncertain(intake: Intake, sample: Sample, covariance: Array, authority:
             incidents += refused
         return incidents
 
-    return intake.take([sample], authority, static, insert)
+    return intake.insert([sample], authority, static, insert)
 
 
-def take_covariance(intake: Intake, parent: str, child: str, stamp: int, covariance: Array,
-                    authority: str) -> list[Incident]:
+def insert_covariance(intake: Intake, parent: str, child: str, stamp: int, covariance: Array,
+                      authority: str) -> list[Incident]:
     """Insert the covariance (6, 6) of an edge whose poses are inserted separately."""
     with intake.lock:
         refused = set_covariance(intake.tree, parent, child, stamp, covariance, authority)
@@ -249,11 +249,11 @@ def take_covariance(intake: Intake, parent: str, child: str, stamp: int, covaria
     return refused
 
 
-def take_estimate(intake: Intake, estimate: EdgeEstimate, with_pose: bool,
-                  authority: str) -> list[Incident]:
+def insert_estimate(intake: Intake, estimate: EdgeEstimate, with_pose: bool,
+                    authority: str) -> list[Incident]:
     """Insert an edge's covariance from a topic, and on request its pose too."""
     parent, child, stamp, pose, covariance = estimate
     if with_pose:
-        return take_uncertain(
+        return insert_uncertain(
             intake, Sample(parent, child, stamp, pose), covariance, authority, False)
-    return take_covariance(intake, parent, child, stamp, covariance, authority)
+    return insert_covariance(intake, parent, child, stamp, covariance, authority)

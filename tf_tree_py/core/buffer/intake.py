@@ -56,10 +56,10 @@ class Intake:
         self._jump_back = jump_back
         self._statistics = Statistics()
 
-    # --- taking
+    # --- inserting, from outside
 
-    def take(self, samples: list[Sample], authority: str, static: bool = False,
-             insert: Insert | None = None, *, announced: bool = False) -> list[Incident]:
+    def insert(self, samples: list[Sample], authority: str, static: bool = False,
+               insert: Insert | None = None, *, announced: bool = False) -> list[Incident]:
         """
         Insert samples, or something else in their place, under one hold of the lock.
 
@@ -88,13 +88,13 @@ class Intake:
             self._observers.notify_received(ReceivedMessage(
                 batch, self._guard.now(), '', static, authority))
 
-    def take_batch(self, batch: Batch, authority: str, static: bool,
-                   announced: bool = False) -> list[Incident]:
+    def insert_batch(self, batch: Batch, authority: str, static: bool,
+                     announced: bool = False) -> list[Incident]:
         """Insert a whole message; ``announced``: observers were already notified of it."""
         if batch.impossible:
             refused = [stamp.incident(authority) for stamp in batch.impossible]
             self.refuse(*refused)
-            return refused + self.take_batch(
+            return refused + self.insert_batch(
                 batch._replace(impossible=()), authority, static, announced)
         if not announced:
             self._announce_batch(batch, authority, static)
@@ -102,7 +102,7 @@ class Intake:
         if not static and not self._guard.is_too_far(max(batch.stamps, default=LATEST)):
             poses = sound_poses(batch.poses)
         if poses is None:
-            return self.take(batch.samples(), authority, static, announced=True)
+            return self.insert(batch.samples(), authority, static, announced=True)
         if poses is not batch.poses:
             batch = batch._replace(poses=poses)
         remarks: list[Incident] = []
@@ -111,12 +111,12 @@ class Intake:
         return self._insert(remarks, lambda: [child for _, child in batch.edges],
                             self._append, batch, authority)
 
-    def take_track(self, track: SampleTrack, authority: str) -> list[Incident]:
+    def insert_track(self, track: SampleTrack, authority: str) -> list[Incident]:
         """Insert many samples of one moving edge."""
         if self._jump_back or (len(track.stamps)
                                and self._guard.is_too_far(int(track.stamps.max()))):
             return [incident for sample in track.samples()
-                    for incident in self.take([sample], authority)]
+                    for incident in self.insert([sample], authority)]
         if self._observers.of_messages:
             self.announce(track.samples(), authority)
         return self._insert([], lambda: [track.child],

@@ -102,7 +102,7 @@ class PlainBuffer(Queries):
         :raises RefusedException: with ``strict``, after all valid transforms were inserted.
         """
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
-        return self._refusals.report(self.intake.take([sample], authority, static), strict)
+        return self._refusals.report(self.intake.insert([sample], authority, static), strict)
 
     def insert_many(self, samples: Iterable[Sample], authority: str = DEFAULT_AUTHORITY,
                     static: bool = False, *, strict: bool | None = None) -> list[Incident]:
@@ -113,7 +113,7 @@ class PlainBuffer(Queries):
         """
         samples = [admitted(Sample(parent, child, stamp, checked_pose(pose)))
                    for parent, child, stamp, pose in samples]
-        return self._refusals.report(self.intake.take(samples, authority, static), strict)
+        return self._refusals.report(self.intake.insert(samples, authority, static), strict)
 
     def insert_track(self, parent: str, child: str, stamps: StampsLike, poses: PosesLike, *,
                      authority: str = DEFAULT_AUTHORITY,
@@ -133,7 +133,7 @@ class PlainBuffer(Queries):
         :raises RefusedException: with ``strict``, after all valid samples were inserted.
         """
         track = checked_track(parent, child, self._stamps_of(stamps), poses)
-        incidents = self.intake.take_track(track, authority)
+        incidents = self.intake.insert_track(track, authority)
         if strict is not False and track.span > self.cache_time:
             self._refusals.report_lost(track.gone(self.cache_time))
         return self._refusals.report(incidents, strict)
@@ -145,7 +145,7 @@ class PlainBuffer(Queries):
 
         :param announced: whether observers were already notified of the message, with its topic.
         """
-        return self.intake.take_batch(batch, authority, static, announced)
+        return self.intake.insert_batch(batch, authority, static, announced)
 
     def set_interpolation(self, child_frame: str, interpolation: Interpolation) -> None:
         """

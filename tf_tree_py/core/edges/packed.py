@@ -131,7 +131,7 @@ class PackedSamples:
 
     def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
         """
-        Take the next sample with the same parent as all before it: the common case.
+        Insert the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
         :param unpacked: the same as a tuple of plain floats, if the caller has it.
@@ -153,7 +153,7 @@ class PackedSamples:
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
-        Take a sample, unless it is older than the window.
+        Insert a sample, unless it is older than the window.
 
         As in tf2, the window ends at the newest stamp *before* this sample, even if this one is
         refused. A sample exactly at the beginning of the window is kept. Of several samples with
@@ -181,7 +181,7 @@ class PackedSamples:
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """
-        Take many samples with the same parent as all before, as ``insert`` for each would.
+        Insert many samples with the same parent as all before, as ``insert`` for each would.
 
         The cost is O(n) if they are sorted and newer than all stored ones; otherwise a stable
         sort is added.

@@ -175,7 +175,7 @@ class History(Protocol):
 
     def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
         """
-        Take the next sample with the same parent as all before it: the common case.
+        Insert the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
         :param unpacked: the same as a tuple of plain floats, if the caller has it.
@@ -187,7 +187,7 @@ class History(Protocol):
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """
-        Take a sample, unless it is older than the window, or the edge takes no samples.
+        Insert a sample, unless it is older than the window, or the edge has no samples.
 
         :return: False if the sample was refused.
         """
@@ -219,7 +219,7 @@ class MovingHistory(History, Protocol):
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
         """
-        Take many samples with the same parent as all before, as ``insert`` for each would.
+        Insert many samples with the same parent as all before, as ``insert`` for each would.
 
         :param stamps: (n,) in order of arrival, n > 0; none is older than the window when
             its turn comes.

@@ -249,7 +249,7 @@ class Samples(PackedSamples):
     # --- when samples change
 
     def extend(self, stamps: Stamps, poses: Array) -> None:
-        """Take many samples; see ``MovingHistory.extend``."""
+        """Insert many samples; see ``MovingHistory.extend``."""
         super().extend(stamps, poses)
         self.interpolation.forget()
 

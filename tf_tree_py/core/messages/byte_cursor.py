@@ -66,11 +66,11 @@ class ByteCursor:
         """Skip the stamp of a header, and return its position."""
         return self.skip(8, alignment=4)
 
-    def take_stamp(self) -> int:
+    def read_stamp(self) -> int:
         """Read the stamp of a header, in nanoseconds."""
         return self._time_at(self.skip_stamp())
 
-    def take_time(self) -> int:
+    def read_time(self) -> int:
         """Read a time that is not in a header, in nanoseconds."""
         return self._time_at(self.skip(8, alignment=4))
 
@@ -78,24 +78,24 @@ class ByteCursor:
         sec, nanosec = struct.unpack_from(self.order + self.stamp, self.data, position)
         return int(sec * NANOSECONDS_PER_SECOND + nanosec)
 
-    def take_doubles(self, count: int) -> Array:
+    def read_doubles(self, count: int) -> Array:
         """Read numbers, (count,)."""
         begin = self.skip(8 * count, alignment=8)
         return np.frombuffer(self.data, f'{self.order}f8', count, begin).astype(float)
 
-    def take_uint32(self) -> int:
+    def read_uint32(self) -> int:
         """Read a number."""
         begin = self.skip(4, alignment=4)
         (number,) = struct.unpack_from(self.order + 'I', self.data, begin)
         return int(number)
 
-    def take_text(self) -> str:
+    def read_text(self) -> str:
         """Read a string."""
-        return self.take_string()[0]
+        return self.read_string()[0]
 
-    def take_string(self) -> tuple[str, slice]:
+    def read_string(self) -> tuple[str, slice]:
         """Read a string; return it, and the slice of its bytes including the length field."""
-        length = self.take_uint32()
+        length = self.read_uint32()
         begin = self.skip(length, alignment=1)
         text = self.data[begin:self.position]
         return self._decoded(text, begin), slice(begin - 4, self.position)

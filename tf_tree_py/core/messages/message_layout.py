@@ -212,7 +212,7 @@ def read_layout(cursor: ByteCursor, rename: Rename) -> MessageLayout:
 
 def _steps(cursor: ByteCursor, rename: Rename) -> Generator[None, None, MessageLayout]:
     size = len(cursor.data)
-    count = cursor.take_uint32()
+    count = cursor.read_uint32()
     if count * _MIN_TRANSFORM_BYTES > size:
         raise WireError(f'{size} bytes cannot hold {count} transforms')
     places, edges, slashed = [], [], dict[str, None]()
@@ -220,8 +220,8 @@ def _steps(cursor: ByteCursor, rename: Rename) -> Generator[None, None, MessageL
         if number % STEP == STEP - 1:
             yield
         stamp = cursor.skip_stamp()
-        parent, parent_bytes = cursor.take_string()
-        child, child_bytes = cursor.take_string()
+        parent, parent_bytes = cursor.read_string()
+        child, child_bytes = cursor.read_string()
         pose = cursor.skip(POSE_BYTES, alignment=8)
         places.append(TransformPlace(stamp, parent_bytes, child_bytes, pose))
         edges.append(rename(parent, child))

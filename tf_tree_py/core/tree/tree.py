@@ -79,7 +79,7 @@ class Tree:
 
     def append(self, sample: Sample, authority: str) -> bool:
         """
-        Take a sample that continues a known edge: the common case.
+        Insert a sample that continues a known edge: the common case.
 
         :return: False in all other cases, without any change: see ``insert``.
         """
@@ -93,7 +93,7 @@ class Tree:
 
     def append_batch(self, batch: Batch, authority: str) -> int:
         """
-        Take the samples of a message that continue known edges, as ``append`` for each.
+        Insert the samples of a message that continue known edges, as ``append`` for each.
 
         :param batch: with checked poses.
         :return: how many it took: all before the first that does not continue its edge.
@@ -130,7 +130,7 @@ class Tree:
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple,
                authority: str, static: bool) -> list[Incident]:
         """
-        Take one checked sample (see ``sample``), unless it breaks a rule.
+        Insert one checked sample (see ``sample``), unless it breaks a rule.
 
         :return: refusals and remarks; nearly always empty.
         """
@@ -163,7 +163,7 @@ class Tree:
 
     def extend(self, history: MovingHistory, stamps: Stamps, poses: Array,
                authority: str) -> None:
-        """Take samples of an edge; see ``history_to_extend`` and ``MovingHistory.extend``."""
+        """Insert samples of an edge; see ``history_to_extend`` and ``MovingHistory.extend``."""
         began = history.oldest_stamp
         history.extend(stamps, poses)
         history.authority = authority
@@ -188,7 +188,7 @@ class Tree:
 
     def _insert_new_edge(self, history: History | None, parent: str, child: str, stamp: int,
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
-        """Take a sample that may change the structure."""
+        """Insert a sample that may change the structure."""
         cls = StaticHistory if static else Samples
         incidents = self._let_in(history, parent, child, stamp, authority, cls.described_as,
                                  _time_of(history, stamp, static))

@@ -53,7 +53,7 @@ class MovingEdge:
         self._tail: Rows | None = None
 
     def add(self, rows: Rows, beside: Sequence[Edge]) -> None:
-        """Take samples, in order of arrival."""
+        """Add samples, in order of arrival."""
         if len(self.beside) < _MAX_BESIDE:
             self.beside.update(edge for edge in beside[:_MAX_BESIDE]
                                if len(edge[0]) + len(edge[1]) <= _MAX_LETTERS)
@@ -124,7 +124,7 @@ class FixedEdge:
         self._tail: Rows | None = None
 
     def add(self, rows: Rows) -> None:
-        """Take samples, in order of arrival."""
+        """Add samples, in order of arrival."""
         self.count += len(rows)
         known = rows.received[rows.received > 0]
         if len(known):
@@ -171,7 +171,7 @@ class EdgeRecord:
         return f'{shorten(self.parent, _LONGEST)} -> {shorten(self.child, _LONGEST)}'
 
     def add(self, column: MessageColumn, limits: Thresholds) -> None:
-        """Take the samples of a column."""
+        """Add the samples of a column."""
         # Ambiguous authorities come last: a name that became ambiguous was assigned too early.
         for authority in sorted(column.authorities, key=lambda name: (is_ambiguous(name), name)):
             self._name(authority)
@@ -209,7 +209,7 @@ class Parents:
         self._last_parent = ''
 
     def add(self, columns: Sequence[MessageColumn]) -> None:
-        """Take the columns of one child that were gathered together."""
+        """Add the columns of one child that were gathered together."""
         if len(columns) == 1 and columns[0].edge[0] == self._last_parent:
             return
         order = np.concatenate([column.order for column in columns])

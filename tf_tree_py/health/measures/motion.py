@@ -52,7 +52,7 @@ class Jump:
     turned: float = 0.0
 
     def add(self, steps: Steps, which: Mask) -> None:
-        """Take the marked ones of the steps that are judged."""
+        """Add the marked ones of the steps that are judged."""
         found = np.flatnonzero(which) + 1
         if not len(found):
             return
@@ -93,7 +93,7 @@ class Motion:
         self.turns = Turns()
 
     def add(self, rows: Rows) -> None:
-        """Take samples, and measure each without its neighbours."""
+        """Add samples, and measure each without its neighbours."""
         poses = rows.poses
         if self._first is None:
             self._first = poses[:, :1].copy()
@@ -115,7 +115,7 @@ class Motion:
                 (np.hypot(q[0], q[1]) / lengths).max()))))
 
     def add_steps(self, steps: Steps) -> None:
-        """Take steps; the first and the last two serve only to judge their neighbours."""
+        """Add steps; the first and the last two serve only to judge their neighbours."""
         self.steps += len(steps.time[JUDGED])
         if not self.moved:
             return

@@ -189,7 +189,7 @@ class RecentSamples:
         return max(0.0, -self.shortest_delay)
 
     def add(self, rows: Rows) -> None:
-        """Take samples of moving transforms."""
+        """Add samples of moving transforms."""
         self.count += len(rows)
         known = rows.where(rows.received > 0)
         delays = known.received - known.stamps
@@ -284,7 +284,7 @@ class MessageColumns:
         self._enough = ENOUGH
 
     def add(self, arrival: ReceivedMessage) -> bool:
-        """Add a message; return whether it is time to take the columns."""
+        """Add a message; return whether it is time to pop the columns."""
         edges = arrival.batch.edges
         key = arrival.batch.layout, arrival.topic, arrival.static
         alike = self._alike.get(key)
@@ -299,7 +299,7 @@ class MessageColumns:
         self._count += 1 + len(edges)
         return self._count >= self._enough
 
-    def take(self) -> list[MessageColumn]:
+    def pop(self) -> list[MessageColumn]:
         """Return all samples since the last call, by edge."""
         alike, self._alike = self._alike, {}
         self._messages = self._count = 0

@@ -45,7 +45,7 @@ class Sampled(Generic[_Number]):
         self._places: Array = np.empty(0)
 
     def add(self, rows: npt.NDArray[np.number]) -> None:
-        """Take (N, ...) rows, in order."""
+        """Add (N, ...) rows, in order."""
         places = np.arange(self.count, self.count + len(rows)) * _GOLDEN % 1.0
         self.count += len(rows)
         if self._every > 1:
@@ -88,7 +88,7 @@ class Spread:
         return len(self._sampled.kept)
 
     def add(self, numbers: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> None:
-        """Take (N,) numbers, in order."""
+        """Add (N,) numbers, in order."""
         if not len(numbers):
             return
         self.least = min(self.least, float(numbers.min()))

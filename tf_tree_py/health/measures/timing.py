@@ -145,7 +145,7 @@ class Timing:
         return (self.count - 1) * 1e9 / self.span if self.span > 0 else 0.0
 
     def add(self, rows: Rows) -> None:
-        """Take samples, and measure each without its neighbours."""
+        """Add samples, and measure each without its neighbours."""
         self.count += len(rows)
         self.zeros += len(rows) - int(np.count_nonzero(rows.stamps))
         known = rows.where(rows.received > 0)
@@ -194,7 +194,7 @@ class Timing:
         self.run = Run(int(counts[-1]), int(spans[-1]), int(stamps[-1]))
 
     def add_steps(self, steps: Steps) -> None:
-        """Take steps; the first and the last two serve only to judge their neighbours."""
+        """Add steps; the first and the last two serve only to judge their neighbours."""
         if steps.time.min() > 0:
             # The common case: every stamp is newer than the one before.
             self._add_intervals(steps.stamps[JUDGED], steps.time[JUDGED])

@@ -68,7 +68,7 @@ class Turns:
         return self._intervals or self._partial
 
     def add(self, steps: Steps) -> None:
-        """Take steps; the first and the last two serve only to judge their neighbours."""
+        """Add steps; the first and the last two serve only to judge their neighbours."""
         # Of a wheel that turns by nearly half a turn a sample, the direction is not known.
         smaller = np.minimum(steps.size[JUDGED], steps.size[2:-1])
         slow = (steps.turned[JUDGED] < _HALF) & (steps.turned[2:-1] < _HALF)
@@ -96,7 +96,7 @@ class Turns:
             self._examine(steps, turns & (sizes > _ALONE * around))
 
     def _examine(self, steps: Steps, turns: Mask) -> None:
-        """Take the second rows of the steps that are judged, from the first turn on."""
+        """Add the second rows of the steps that are judged, from the first turn on."""
         if self._intervals:
             return
         begin = 0 if self._began else int(turns.argmax())

@@ -154,7 +154,7 @@ class Buffer(CoreApi, BufferInterface):
         if isinstance(sample, ImpossibleStamp):
             self.feeds.refuse(sample.incident(authority))
             return False
-        return self.feeds.note(self.intake.take([sample], authority, False))
+        return self.feeds.note(self.intake.insert([sample], authority, False))
 
     def set_transform_static(self, transform: TransformStamped,
                              authority: str = DEFAULT_AUTHORITY) -> bool:
@@ -163,7 +163,7 @@ class Buffer(CoreApi, BufferInterface):
 
         :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
         """
-        return self.feeds.note(self.intake.take([as_sample(transform)], authority, True))
+        return self.feeds.note(self.intake.insert([as_sample(transform)], authority, True))
 
     def _when_empty(self) -> str:
         """Return the hint for lookups while there is no frame; the lock is held."""

@@ -301,7 +301,7 @@ class MessageFilter(Closable):
         try:
             self._report_drops()
             for _ in range(ready):
-                held = self._take_ready()
+                held = self._pop_ready()
                 if held is not None:
                     await await_or_execute(self._callback, held.message, self._transforms(held))
         finally:
@@ -317,7 +317,7 @@ class MessageFilter(Closable):
             if self._on_drop is not None:
                 self._on_drop(*notice)
 
-    def _take_ready(self) -> '_Held | None':
+    def _pop_ready(self) -> '_Held | None':
         with self._lock:
             if not self._ready:
                 return None

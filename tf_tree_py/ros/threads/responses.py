@@ -64,7 +64,7 @@ class Responses(Receiver):
                 woken = wait_set.is_ready('guard_condition', 0)
                 for index, client in enumerate(clients):
                     if wait_set.is_ready('client', index):
-                        self._take(client)
+                        self._receive(client)
                 now = time.monotonic_ns()
                 if woken or now >= check_at:
                     check_at = now + self._period_ns if self._look_after() else _NEVER
@@ -84,8 +84,8 @@ class Responses(Receiver):
         wait_set.add_guard_condition(self._wake.handle)
         wait_set.wait(timeout)
 
-    def _take(self, client: Client) -> None:
-        """Take one response, and pass it to the request that waits for it."""
+    def _receive(self, client: Client) -> None:
+        """Receive one response, and pass it to the request that waits for it."""
         handle = client.handle
         srv_type: Any = client.srv_type
         try:

@@ -233,7 +233,7 @@ class DuplicatePublishers:
             if time.monotonic() < self._quiet_until:
                 return []
             self._quiet_until = -math.inf
-        suspects = self._streams.take(batch.edges, number)
+        suspects = self._streams.examine(batch.edges, number)
         if not suspects:
             return self.settled()
         stamps = dict(zip(batch.edges, batch.stamps, strict=True))
@@ -246,7 +246,7 @@ class DuplicatePublishers:
         incidents = self._judged(suspected)
         if self._streams.is_empty:
             # The publisher was most likely restarted, and this is its first message.
-            self._streams.take(batch.edges, number)
+            self._streams.examine(batch.edges, number)
         return incidents
 
     def settled(self) -> list[Incident]:

@@ -26,9 +26,9 @@ from tf_tree_py.beyond.uncertainty.insertion import (
     Edge,
     EdgeEstimate,
     estimate_in,
+    insert_estimate,
     not_moved,
     STATIC_COVARIANCE_TOPIC,
-    take_estimate,
 )
 from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import TransformException
@@ -156,7 +156,7 @@ class CovarianceListener(_Listener):
         rules.check_type(_TYPE_NAMES.get(msg_type, repr(msg_type)))
         covariances = _CovarianceTopic(self._buffer, topic, rules)
         covariances.authority = self._topics.subscribe(
-            msg_type, topic, covariances.take, qos or sensor_qos())
+            msg_type, topic, covariances.receive, qos or sensor_qos())
 
 
 class _CovarianceTopic:
@@ -167,7 +167,7 @@ class _CovarianceTopic:
         self._buffer = buffer
         self._rules = rules
 
-    def take(self, message: Odometry | PoseWithCovarianceStamped) -> None:
+    def receive(self, message: Odometry | PoseWithCovarianceStamped) -> None:
         """Store a message of the topic."""
         estimate = self._rules.judged(estimate_in(message), self.authority)
         if isinstance(estimate, Incident):
@@ -180,7 +180,7 @@ class _CovarianceTopic:
             self._store_moved(estimate, carrier)
 
     def _store(self, estimate: EdgeEstimate) -> None:
-        self._buffer.feeds.note(take_estimate(
+        self._buffer.feeds.note(insert_estimate(
             self._buffer.intake, estimate, self._rules.with_poses, self.authority))
 
     def _store_moved(self, estimate: EdgeEstimate, carrier: str) -> None:
@@ -237,7 +237,7 @@ class GyroListener(_Listener):
                 f'max_gap={max_gap} and saturation={saturation!r} have to be positive')
         super().__init__(buffer, node, 'GyroListener(buffer, node, child)', 'gyro_listener_impl')
         aid = _Aid(buffer, child.removeprefix('/'), gap, saturation, self._topics.log)
-        aid.topic = self._topics.subscribe(Imu, topic, aid.take, qos or sensor_qos(_DEPTH))
+        aid.topic = self._topics.subscribe(Imu, topic, aid.receive, qos or sensor_qos(_DEPTH))
 
 
 class _Aid:
@@ -251,7 +251,7 @@ class _Aid:
         self._max_gap, self._saturation = max_gap, saturation
         self._child = child
 
-    def take(self, message: Imu) -> None:
+    def receive(self, message: Imu) -> None:
         """Store a message of the topic."""
         rate = message.angular_velocity
         try:

@@ -120,7 +120,7 @@ class _Collector:
                     found = self._found.setdefault(name, [])
                 # The callback holds no reference to this object, so that it can be collected.
                 self._topics.subscribe(_message_type(types[0]), topic, partial(
-                    _take, self._lock, found, types[0]), sensor_qos(_DEPTH))
+                    _receive, self._lock, found, types[0]), sensor_qos(_DEPTH))
 
     def check(self) -> None:
         """
@@ -147,7 +147,7 @@ class _Collector:
         self._topics.close()
 
 
-def _take(lock: threading.Lock, found: list[Detection], type_name: str, message: Any) -> None:
+def _receive(lock: threading.Lock, found: list[Detection], type_name: str, message: Any) -> None:
     detections = detections_in(type_name, message)
     with lock:
         found += detections

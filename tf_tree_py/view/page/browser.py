@@ -54,7 +54,7 @@ class Browser:
         gui = client.gui
         self._beat = gui.add_html(self._pulse())
         self._reports = gui.add_text('tf-reports', '')
-        when_changed(self._reports, apply, self._take)
+        when_changed(self._reports, apply, self._receive)
         self._run(_SCRIPT.read_text(encoding='utf-8'))
 
     # --- its delay
@@ -99,7 +99,7 @@ class Browser:
 
     # --- reports
 
-    def _take(self) -> None:
+    def _receive(self) -> None:
         try:
             report = json.loads(self._reports.value)
             beat, query = int(report['beat']), str(report['query'])

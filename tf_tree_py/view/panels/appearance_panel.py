@@ -45,7 +45,7 @@ class AppearancePanel:
         self._dark = gui.add_checkbox('dark', look.dark)
         self._notes = gui.add_html('')
         for control in (self._names, self._length, self._opacity, *self._boxes.values()):
-            when_changed(control, apply, self._take)
+            when_changed(control, apply, self._read)
         when_changed(self._dark, apply, self.apply_theme)
         self.apply_theme()
 
@@ -70,7 +70,7 @@ class AppearancePanel:
         self._notes.content = markup.note(f'a cell of the ground is {self._look.cell:g} m') + (
             markup.warnings(shown) if shown else '')
 
-    def _take(self) -> None:
+    def _read(self) -> None:
         self._look.axes_length = max(float(self._length.value), 0.001)
         self._look.names = self._names.value
         self._look.opacity = float(self._opacity.value)

@@ -121,7 +121,7 @@ def _read(path: Path, topic: str) -> _Topic:
 def _stamp_of(connection: Connection, data: bytes) -> int | None:
     """Return the stamp of the header at the beginning of a message; None if there is none."""
     try:
-        return cursor_of(data, connection.ros1).take_stamp()
+        return cursor_of(data, connection.ros1).read_stamp()
     except WireError:
         return None
 
