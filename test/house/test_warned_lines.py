@@ -97,8 +97,7 @@ def test_refusal_beyond_tf2_is_warned_of_where_it_is_inserted(name):
 
 
 @pytest.mark.parametrize('make', [
-    fed, lambda: fed(PlainBuffer), lambda: fed().snapshot(), watched], ids=[
-    'buffer', 'plain buffer', 'snapshot', 'with an observer'])
+    fed, lambda: fed().snapshot(), watched], ids=['buffer', 'snapshot', 'with an observer'])
 @pytest.mark.parametrize('name', LOOKUPS)
 def test_stamps_in_another_unit_are_warned_of_where_they_are_looked_up(make, name):
     assert_warns_at_its_line(LOOKUPS[name], make())

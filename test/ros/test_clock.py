@@ -134,7 +134,7 @@ def test_jumps_back_are_reported(clock, jumps, times, expected):
 def test_changes_of_the_kind_of_time_are_reported(watch, jumps):
     clock, source = ROSClock(), TimeSource()
     source.attach_clock(clock)
-    watch.use_clock(ClockSource(clock))
+    watch.use_clock(RosClock(clock))
     for count, simulated in enumerate((True, False, True), 1):
         source.ros_time_is_active = simulated
         assert len(jumps) == count
@@ -281,7 +281,7 @@ def end_to_listen(buffer, early, late):
 @pytest.mark.parametrize('follow', [lend, begin_to_listen, end_to_listen])
 def test_stamps_are_compared_with_the_clock_that_is_followed_now(follow):
     buffer = Buffer(max_future=lasting(1.0))
-    early, late = (ClockSource(simulated_clock(seconds)) for seconds in (10.0, 1000.0))
+    early, late = (RosClock(simulated_clock(seconds)) for seconds in (10.0, 1000.0))
     following = follow(buffer, early, late)
     next(following)
     assert buffer.set_transform(transform('map', 'base', 1000), 'me')

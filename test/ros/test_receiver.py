@@ -75,14 +75,14 @@ def test_wait_set_is_used_where_rclpy_has_it():
 
 def test_flooded_topic_keeps_its_order_and_does_not_starve_the_other(receive, publish):
     """The single message of the other is processed long before the end of the flood."""
-    def receive(data):
+    def note(data):
         if not seen:
             published.wait(PATIENCE_S)
         seen.append(deserialize_message(data, String).data)
         threads.add(threading.current_thread())
 
     seen, threads, published = [], set(), threading.Event()
-    receiver = receive(flood=receive, other=receive)
+    receiver = receive(flood=note, other=note)
     texts = [str(number) for number in range(900)]
     publish('flood', *texts)
     publish('other', 'quick')
@@ -96,13 +96,13 @@ def test_flooded_topic_keeps_its_order_and_does_not_starve_the_other(receive, pu
 
 @pytest.mark.parametrize('end', ['close', 'stop', 'shutdown', 'close in a callback'])
 def test_receiver_ends_quietly_while_messages_pour_in(receive, context, pour, log, end):
-    def receive(_):
+    def noted(_):
         if end == 'close in a callback':
             receiver.close()
         arrived.append('x')
 
     arrived = []
-    receiver = receive(topic=receive)
+    receiver = receive(topic=noted)
     pour('topic')
     until(lambda: len(arrived) >= 50 or not receiver.thread.is_alive())
     {'close': receiver.close, 'stop': receiver.stop, 'shutdown': context.shutdown}.get(end, int)()
@@ -182,12 +182,12 @@ def test_two_hundred_listeners_leave_nothing_behind(empty_domain, make_node):
 
 
 def test_receiver_rests_between_messages_that_come_fast(make_node, publish):
-    def receive(data):
+    def note(data):
         begin.wait(PATIENCE_S)
         received.append(data)
 
     rests, received, begin, home = [], [], threading.Event(), make_node('home')
-    home.create_subscription(String, 'topic', receive, 1000, raw=True)
+    home.create_subscription(String, 'topic', note, 1000, raw=True)
     receiver = Receiver(home, int, rest=rests.append)
     publish('topic', *['x'] * 900)
     begin.set()
