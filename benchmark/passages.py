@@ -220,7 +220,7 @@ def _recordings() -> Iterable[Passage]:
     yield say('A transform takes {} bytes in memory',
               _of('bag', f'{_BAG[0]}: memory', f'{OURS}, in the end'))
     yield say('and one lookup take {} ms together',
-              _of('bag', 'a frozen tree of *, and a lookup', OURS))
+              _of('bag', 'a saved tree of *, and a lookup', OURS))
 
 
 def _fleet() -> Iterable[Passage]:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Opening a recording: time and memory per transform, and frozen trees."""
+"""Opening a recording: time and memory per transform, and saved trees."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -21,20 +21,20 @@ _OF_RUST = 0.6
 _OF_RAW = {'uncompressed': 4.0, 'zstd': 2.0}
 _BYTES_A_TRANSFORM = 80
 _PEAK = 1.3
-_FROZEN_MS = 50
+_SAVED_MS = 50
 # In a shorter one, the process's own memory would count as the recording's.
 _SHORTEST_S = 300
 
 
 def recordings(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure all ways of reading a bag, and a frozen tree made from it."""
+    """Measure all ways of reading a bag, and a saved tree made from it."""
     seconds = max(effort.simulated_s, _SHORTEST_S)
     with TemporaryDirectory() as folder:
         for compression, of_raw in _OF_RAW.items():
             path = write_bag(Path(folder, compression), seconds, compressed=compression == 'zstd')
             yield from _opening(path, f'{seconds} s, {compression}',
                                 seconds * RATE_HZ * TRANSFORMS, of_raw, contestants, effort)
-        yield _frozen(path, Path(folder, 'run.tftree'), effort)
+        yield _saved(path, Path(folder, 'run.tftree'), effort)
 
 
 def _opening(path: Path, name: str, transforms: int, of_raw: float, contestants: Contestants,
@@ -70,14 +70,14 @@ def _measure(way: str, path: Path, transforms: int,
     return 1e6 * found['seconds'] / found.get('transforms', transforms)
 
 
-def _frozen(path: Path, frozen: Path, effort: Effort) -> Row:
+def _saved(path: Path, saved: Path, effort: Effort) -> Row:
     with start('ingest') as process:
-        process.call('freeze', path=str(path), target=str(frozen))
+        process.call('save', path=str(path), target=str(saved))
     values = []
     for _ in range(effort.streams):
         with start('ingest') as process:
-            values.append(1e3 * process.call('frozen', path=str(frozen))['seconds'])
-    row = Row('bag', f'a frozen tree of {frozen.stat().st_size / 1e6:.0f} MB, and a lookup', 'ms',
+            values.append(1e3 * process.call('saved', path=str(saved))['seconds'])
+    row = Row('bag', f'a saved tree of {saved.stat().st_size / 1e6:.0f} MB, and a lookup', 'ms',
               {OURS: values})
-    row.judge(OURS, _FROZEN_MS)
+    row.judge(OURS, _SAVED_MS)
     return row

@@ -64,8 +64,8 @@ def loop(path: str) -> dict[str, float]:
     return {'seconds': seconds, 'transforms': sum(map(len, poses.values()))}
 
 
-def frozen(path: str) -> dict[str, float]:
-    """Open a frozen tree, and look up one transform."""
+def saved(path: str) -> dict[str, float]:
+    """Open a saved tree, and look up one transform."""
     def look() -> None:
         buffer = load(path)
         buffer.lookup('frame_0', 'frame_5')
@@ -73,8 +73,8 @@ def frozen(path: str) -> dict[str, float]:
     return {'seconds': _time(look)}
 
 
-def freeze(path: str, target: str) -> None:
-    """Freeze a bag."""
+def save(path: str, target: str) -> None:
+    """Save a bag."""
     open_bag(path).save(target)
 
 
@@ -91,5 +91,5 @@ def _messages(path: str) -> Iterator[Any]:
 
 
 if __name__ == '__main__':
-    serve({'ours': ours, 'rust': rust, 'raw': raw, 'loop': loop, 'frozen': frozen,
-           'freeze': freeze})
+    serve({'ours': ours, 'rust': rust, 'raw': raw, 'loop': loop, 'saved': saved,
+           'save': save})

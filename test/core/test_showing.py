@@ -111,42 +111,42 @@ def copies_of(thing):
 
 
 def test_snapshot_pickles_and_copies(buffer):
-    frozen = buffer.snapshot()
-    frozen.lookup('map', 'camera')  # so that paths are cached
-    frozen.lookup_tree('map')
-    for twin in copies_of(frozen):
+    still = buffer.snapshot()
+    still.lookup('map', 'camera')  # so that paths are cached
+    still.lookup_tree('map')
+    for twin in copies_of(still):
         assert type(twin) is Snapshot
-        assert twin.edges() == frozen.edges()
-        assert twin.frames() == frozen.frames()
-        assert twin.lookup('map', 'camera') == frozen.lookup('map', 'camera')
+        assert twin.edges() == still.edges()
+        assert twin.frames() == still.frames()
+        assert twin.lookup('map', 'camera') == still.lookup('map', 'camera')
         assert np.array_equal(twin.lookup_many('map', 'odom', [10 * SECOND, 13 * SECOND]),
-                              frozen.lookup_many('map', 'odom', [10 * SECOND, 13 * SECOND]))
-        assert twin.cache_time == frozen.cache_time
-        assert twin.snapshot().edges() == frozen.edges()
+                              still.lookup_many('map', 'odom', [10 * SECOND, 13 * SECOND]))
+        assert twin.cache_time == still.cache_time
+        assert twin.snapshot().edges() == still.edges()
 
 
 def test_snapshot_of_an_edge_with_two_parents_pickles(buffer):
     buffer.insert('map', 'base', 13 * SECOND, Pose(7.0))
-    frozen = buffer.snapshot()
-    for twin in copies_of(frozen):
+    still = buffer.snapshot()
+    for twin in copies_of(still):
         assert twin.lookup('map', 'base', 13 * SECOND) == Pose(7.0)
         assert twin.lookup('odom', 'base', 12 * SECOND) == Pose()
 
 
 def test_snapshot_pickles_while_another_thread_asks_it(buffer):
-    frozen = buffer.snapshot()
+    still = buffer.snapshot()
     done = threading.Event()
 
     def ask():
         while not done.is_set():
-            for frame in frozen.frames()[:5]:
-                frozen.lookup('map', frame)
+            for frame in still.frames()[:5]:
+                still.lookup('map', frame)
 
     thread = threading.Thread(target=ask)
     thread.start()
     try:
         for _ in range(50):
-            assert pickle.loads(pickle.dumps(frozen)).edges() == frozen.edges()
+            assert pickle.loads(pickle.dumps(still)).edges() == still.edges()
     finally:
         done.set()
         thread.join()

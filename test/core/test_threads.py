@@ -95,11 +95,11 @@ def test_no_reader_sees_a_torn_pose():
             assert_tells_its_stamp(pose.tolist(), stamp, 2)
 
     def read_a_snapshot():
-        frozen = buffer.snapshot()
-        stamp, pose = frozen.lookup_stamped('a', 'c')
+        still = buffer.snapshot()
+        stamp, pose = still.lookup_stamped('a', 'c')
         assert_tells_its_stamp(pose, stamp, 2)
         # The buffer has changed since; the snapshot has not.
-        assert frozen.lookup_stamped('a', 'c') == (stamp, pose)
+        assert still.lookup_stamped('a', 'c') == (stamp, pose)
 
     for edge in (*edges, ('a', 'd'), ('a', 'e')):
         buffer.insert(*edge, TICK, pose_at(TICK))

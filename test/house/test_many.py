@@ -263,12 +263,12 @@ def test_snapshot_stays_as_it_was(robot):
 
 
 def test_snapshot_answers_all_that_a_buffer_does(robot):
-    frozen = robot.snapshot()
+    still = robot.snapshot()
     stamps = np.array([11, 12]) * SECOND
-    assert frozen.frames() == robot.frames()
-    assert frozen.edges() == robot.edges()
-    assert frozen.lookup_tree('map') == robot.lookup_tree('map')
-    assert (frozen.lookup_many('map', 'tool', stamps)
+    assert still.frames() == robot.frames()
+    assert still.edges() == robot.edges()
+    assert still.lookup_tree('map') == robot.lookup_tree('map')
+    assert (still.lookup_many('map', 'tool', stamps)
             == robot.lookup_many('map', 'tool', stamps)).all()
 
 
@@ -288,11 +288,11 @@ def test_lookups_of_one_snapshot_agree_under_a_storm_of_writers(robot):
         writer.start()
     try:
         for _ in range(100):
-            frozen = robot.snapshot()
+            still = robot.snapshot()
             # One stamp at which all have data, whatever the writers have done since.
-            stamp = min(edge.latest for edge in frozen.edges() if not edge.static)
+            stamp = min(edge.latest for edge in still.edges() if not edge.static)
             map_T_tool, tool_T_camera, camera_T_map = (
-                frozen.lookup(target, source, stamp)
+                still.lookup(target, source, stamp)
                 for target, source in (('map', 'tool'), ('tool', 'camera'), ('camera', 'map')))
             loop = np.array(se3.compose_chain([map_T_tool, tool_T_camera, camera_T_map]))
             assert_same_poses(loop[None], np.array([se3.IDENTITY]))

@@ -23,7 +23,7 @@ COMPLETE = {
     'buffer without a clock': lambda folder: fill(BufferCore(UNLIMITED)),
     'snapshot of a live buffer': lambda folder: live().snapshot(),
     'smoothed': lambda folder: live().smoothed(),
-    'frozen tree': loaded,
+    'saved tree': loaded,
 }
 
 

@@ -28,18 +28,18 @@ def buffer():
 
 
 def test_core_queries_take_ros_times(buffer):
-    for frozen in (buffer, buffer.snapshot(), pickle.loads(pickle.dumps(buffer.snapshot()))):
+    for still in (buffer, buffer.snapshot(), pickle.loads(pickle.dumps(buffer.snapshot()))):
         for time in (at(2.0), at(2.0).to_msg(), Time(seconds=2), 2 * 10**9,
                      np.datetime64(2, 's')):
-            assert frozen.lookup('map', 'base', time) == Pose(2.0)
-            assert frozen.lookup_full('map', time, 'base', time, 'map') == Pose(2.0)
-            assert frozen.lookup_tree('map', time)['base'] == Pose(2.0)
-            assert frozen.frames_between('map', 'base', time) == ['base', 'map']
-            assert len(frozen.edges_between('map', 'base', time)) == 1
-            assert frozen.lookup_many('map', 'base', [time, 10**9])[:, 0].tolist() == [2.0, 1.0]
-        assert frozen.lookup('map', 'base', Time()) == Pose(4.0)
+            assert still.lookup('map', 'base', time) == Pose(2.0)
+            assert still.lookup_full('map', time, 'base', time, 'map') == Pose(2.0)
+            assert still.lookup_tree('map', time)['base'] == Pose(2.0)
+            assert still.frames_between('map', 'base', time) == ['base', 'map']
+            assert len(still.edges_between('map', 'base', time)) == 1
+            assert still.lookup_many('map', 'base', [time, 10**9])[:, 0].tolist() == [2.0, 1.0]
+        assert still.lookup('map', 'base', Time()) == Pose(4.0)
         header = transform('map', 'base', 3.0).header
-        assert frozen.lookup_many('map', 'base', [header.stamp])[0, 0] == 3.0
+        assert still.lookup_many('map', 'base', [header.stamp])[0, 0] == 3.0
 
 
 def test_insertions_points_and_velocities_take_ros_times(buffer):

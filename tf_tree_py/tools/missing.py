@@ -69,13 +69,13 @@ class _Refused:
 
     :ivar newest: that stamp, nanoseconds.
     :ivar first: the stamp of the first of them.
-    :ivar latest: the newest of their stamps.
+    :ivar last: the newest of their stamps.
     :ivar seen: how many of them were reported in an earlier look.
     """
 
     newest: int
     first: int
-    latest: int
+    last: int
     authority: str
     count: int = 0
     seen: int = 0
@@ -109,7 +109,7 @@ class Refusals(Observer):
             refused = self._edges[edge] = _Refused(
                 incident.newest, incident.stamp, incident.stamp, incident.authority)
         refused.count += 1
-        refused.latest = max(refused.latest, incident.stamp)
+        refused.last = max(refused.last, incident.stamp)
         refused.authority = incident.authority
 
     def hints(self, edges: Iterable[ExplainedEdge], now: int) -> Iterator[Hint]:
@@ -128,7 +128,7 @@ class Refusals(Observer):
                 if refused is None or refused.newest != edge.info.latest:
                     continue
                 news, refused.seen = refused.count - refused.seen, refused.count
-                if news and refused.latest > refused.first:
+                if news and refused.last > refused.first:
                     yield self._hint(edge, refused, now)
 
     def _hint(self, edge: ExplainedEdge, refused: _Refused, now: int) -> Hint:
@@ -137,7 +137,7 @@ class Refusals(Observer):
         return Hint(f'old {name} {refused.newest}', (
             f'{refused.count} transforms of {name}{sender} were refused, because they are older '
             f'than the buffer keeps: its newest stamp is {format_stamp(refused.newest)}, and the '
-            f'newest of theirs {format_stamp(refused.latest)}. {self._why(refused.newest, now)}'))
+            f'newest of theirs {format_stamp(refused.last)}. {self._why(refused.newest, now)}'))
 
     def _why(self, newest: int, now: int) -> str:
         """Return why samples are older than the newest one, and what to do."""

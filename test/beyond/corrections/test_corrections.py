@@ -324,22 +324,22 @@ def test_snapshot_keeps_the_blend_and_pickles():
     buffer = fed(SECOND)
     buffer.correct('base', SHIFT, over=SECOND)
     fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
-    frozen = pickle.loads(pickle.dumps(buffer.snapshot()))
+    still = pickle.loads(pickle.dumps(buffer.snapshot()))
     buffer.correct('base', Pose(), over=SECOND)
-    assert frozen.corrections_version == 1 and buffer.corrections_version == 2
-    assert frozen.correction_of('base') == SHIFT
-    assert frozen.lookup_uncertain('odom', 'base')[1][0, 0] > 0.0
+    assert still.corrections_version == 1 and buffer.corrections_version == 2
+    assert still.correction_of('base') == SHIFT
+    assert still.lookup_uncertain('odom', 'base')[1][0, 0] > 0.0
 
 
 def test_snapshot_knows_nothing_of_what_comes_later():
     buffer = fed(SECOND)
     buffer.correct('base', SHIFT, over=SECOND)
     fed(SECOND + 500 * MS, buffer, since=SECOND + STEP)
-    frozen = buffer.snapshot()
-    pose, covariance = frozen.lookup_uncertain('odom', 'base')
+    still = buffer.snapshot()
+    pose, covariance = still.lookup_uncertain('odom', 'base')
     buffer.correct('base', Pose(x=3.0), over=SECOND)
-    assert frozen.correction_of('base') == SHIFT
-    again = frozen.lookup_uncertain('odom', 'base')
+    assert still.correction_of('base') == SHIFT
+    again = still.lookup_uncertain('odom', 'base')
     assert again[0] == pose
     np.testing.assert_allclose(again[1], covariance, rtol=0.0, atol=1e-14)
 
@@ -675,12 +675,12 @@ class Storm:
         assert self.answered.setdefault(('map', 'base', stamp), pose) == pose
 
     def read_a_loop(self):
-        frozen = self.buffer.snapshot()
-        stamp = self.asked.randrange(frozen.latest_common_time('base', 'arm') + 1)
+        still = self.buffer.snapshot()
+        stamp = self.asked.randrange(still.latest_common_time('base', 'arm') + 1)
         closed = Pose()
         for ends in (('map', 'base'), ('base', 'arm'), ('arm', 'map')):
             try:
-                closed @= frozen.lookup_at(*ends, stamp)
+                closed @= still.lookup_at(*ends, stamp)
             except TransformException:
                 return  # map -> odom does not reach this stamp
         assert_same_pose(closed, Pose(), 1e-12)

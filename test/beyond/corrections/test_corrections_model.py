@@ -250,7 +250,7 @@ class CorrectedEdge(RuleBasedStateMachine):
         self.drive(3)
 
     @rule(saved=st.booleans())
-    def freeze(self, saved):
+    def snapshot(self, saved):
         stamps = list(self.answered)[-30:]
         tree = self.buffer.snapshot()
         if saved:
@@ -346,13 +346,13 @@ class CorrectedEdge(RuleBasedStateMachine):
         if not stamps:
             return
         many, covariances = self.buffer.lookup_uncertain_many(self.parent, 'base', stamps)
-        frozen = self.buffer.snapshot()
+        still = self.buffer.snapshot()
         for number, stamp in enumerate(stamps):
             pose, covariance = self.answered[stamp]
             assert_same_pose(pose, many[number], 1e-12)
             assert_same_pose(pose, self.buffer.lookup_tree(self.parent, stamp)['base'], 1e-12)
             np.testing.assert_allclose(covariances[number], covariance, rtol=1e-6, atol=1e-10)
-            again = self.ask(frozen, stamp)
+            again = self.ask(still, stamp)
             assert again[0] == pose
             np.testing.assert_allclose(again[1], covariance, rtol=1e-6, atol=1e-10)
 

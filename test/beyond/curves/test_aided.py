@@ -126,11 +126,11 @@ def test_snapshot_has_it_and_clearing_forgets_it(truth):
     buffer = fed(truth)
     buffer.lookup('odom', 'camera', SECOND)
     buffer.aid('base', STAMPS, rate_at(STAMPS))
-    frozen, aided = buffer.snapshot(), buffer.lookup('odom', 'camera', 777_777_777)
+    still, aided = buffer.snapshot(), buffer.lookup('odom', 'camera', 777_777_777)
     buffer.clear()
     for stamp in POSES.tolist():
-        buffer.insert('odom', 'base', stamp, frozen.lookup_at('odom', 'base', stamp))
-    assert frozen.lookup('odom', 'camera', 777_777_777) == aided
+        buffer.insert('odom', 'base', stamp, still.lookup_at('odom', 'base', stamp))
+    assert still.lookup('odom', 'camera', 777_777_777) == aided
     assert buffer.lookup('odom', 'camera', 777_777_777) != aided
 
 

@@ -182,9 +182,9 @@ def test_spline_that_goes_on_leaves_paths_as_they_are(buffer, spline):
     longer = Spline.fit(STAMPS, wave(STAMPS + SECOND), 20.0)
     buffer.insert_curve('odom', 'imu', longer)
     assert buffer.lookup('odom', 'imu', 1_500_000_000) == longer.pose(1_500_000_000)
-    frozen = buffer.snapshot()
+    still = buffer.snapshot()
     buffer.insert_curve('odom', 'imu', spline)
-    for snapshot in (frozen, pickle.loads(pickle.dumps(frozen))):
+    for snapshot in (still, pickle.loads(pickle.dumps(still))):
         assert snapshot.lookup('odom', 'imu', 1_500_000_000) == longer.pose(1_500_000_000)
 
 

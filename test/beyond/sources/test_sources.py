@@ -234,16 +234,16 @@ def test_switch_that_cannot_be_changes_nothing():
         buffer.switch('base', to='visual')
 
 
-def test_saved_and_frozen_switch_is_answered_as_it_was(tmp_path):
+def test_saved_and_still_switch_is_answered_as_it_was(tmp_path):
     buffer = fed(SECOND, 'wheels', 'visual')
     buffer.switch('base', to='visual', over=3 * SECOND)
     feed(buffer, SECOND, 2 * SECOND, 'wheels', 'visual')
     buffer.save(tmp_path / 'tree')
-    frozen, stamps = buffer.snapshot(), range(0, 2 * SECOND, 3 * MS)
+    still, stamps = buffer.snapshot(), range(0, 2 * SECOND, 3 * MS)
     before = answers(buffer, stamps)
     buffer.switch('base', to='wheels', over=SECOND)
     feed(buffer, 2 * SECOND, 3 * SECOND, 'wheels', 'visual')
-    for tree in (buffer, frozen, load(tmp_path / 'tree')):
+    for tree in (buffer, still, load(tmp_path / 'tree')):
         assert answers(tree, stamps) == before
 
 
@@ -369,9 +369,9 @@ def test_snapshots_and_files_keep_the_sources(tmp_path):
     buffer.save(tmp_path / 'tree')
     expected = buffer.smoothed().lookup_at('odom', 'base', 2 * SECOND)
     sources = buffer.sources_of('base')
-    frozen = buffer.snapshot()
+    still = buffer.snapshot()
     feed(buffer, 2 * SECOND, 3 * SECOND, 'visual')
-    for tree in (frozen, load(tmp_path / 'tree'), pickle.loads(pickle.dumps(frozen))):
+    for tree in (still, load(tmp_path / 'tree'), pickle.loads(pickle.dumps(still))):
         assert tree.sources_of('base') == sources
         assert tree.smoothed().lookup_at('odom', 'base', 2 * SECOND) == expected
         assert_same_pose(tree.smoothed().lookup_at('odom', 'base', 0), visual(0))

@@ -269,11 +269,11 @@ def test_old_covariances_go_with_the_window_and_the_last_of_them_holds():
 
 def test_snapshot_keeps_them_and_can_be_pickled():
     buffer = moving()
-    frozen = buffer.snapshot()
+    still = buffer.snapshot()
     expected = buffer.lookup_uncertain('odom', 'camera')
     buffer.clear()
     buffer.insert('base', 'camera', 0, Pose(), static=True, covariance=np.zeros((6, 6)))
-    for one in (frozen, frozen.snapshot(), pickle.loads(pickle.dumps(frozen))):
+    for one in (still, still.snapshot(), pickle.loads(pickle.dumps(still))):
         assert one.lookup_uncertain('odom', 'camera')[0] == expected[0]
         np.testing.assert_array_equal(one.lookup_uncertain('odom', 'camera')[1], expected[1])
 

@@ -225,8 +225,8 @@ def _extrapolated(far: Vector3, far_span: int, near: Vector3, near_span: int) ->
 
 def _covers(history: Samples, begin: int, end: int) -> bool:
     """Return whether there are samples from one stamp to another."""
-    oldest, latest = history.oldest_stamp, history.newest_stamp
-    return oldest is not None and latest is not None and oldest <= begin and end <= latest
+    oldest, newest = history.oldest_stamp, history.newest_stamp
+    return oldest is not None and newest is not None and oldest <= begin and end <= newest
 
 
 def rotation_of(pose: PoseTuple) -> Quaternion:

@@ -41,9 +41,9 @@ def deskew(tree: ManyStampQueries, points: npt.ArrayLike, stamps: StampsLike, ta
     if array.ndim != 2 or array.shape[1] != 3 or count != array.shape[:1]:
         raise InvalidArgumentException(
             f'points must be (N, 3) with stamps (N,), not {array.shape} and {count}')
-    frozen = tree.snapshot()
-    target_T_fixed = frozen.lookup(target_frame, fixed_frame, reference_stamp)
-    fixed_T_source = frozen.lookup_many(fixed_frame, source_frame, stamps)
+    still = tree.snapshot()
+    target_T_fixed = still.lookup(target_frame, fixed_frame, reference_stamp)
+    fixed_T_source = still.lookup_many(fixed_frame, source_frame, stamps)
     moved = target_T_fixed @ (fixed_T_source @ array)
     dtype = array.dtype if array.dtype.kind == 'f' else np.dtype(float)
     return moved.astype(dtype, copy=False)

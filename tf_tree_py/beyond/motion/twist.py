@@ -122,27 +122,27 @@ def lookup_twist_many(tree: ManyStampQueries, tracking_frame: str, observation_f
     :raises TransformException: as in ``lookup_many`` and ``lookup_twist``.
     """
     interval = _checked_interval(averaging_interval)
-    frozen = tree.snapshot()
+    still = tree.snapshot()
     axes = reference_frame or observation_frame
-    frozen.lookup_many(observation_frame, tracking_frame, stamps)
-    poses = np.asarray(frozen.lookup_many(axes, tracking_frame, stamps))
-    points = frozen.lookup_many(axes, reference_point_frame or tracking_frame, stamps)
-    times = frozen._stamps_of(stamps)
+    still.lookup_many(observation_frame, tracking_frame, stamps)
+    poses = np.asarray(still.lookup_many(axes, tracking_frame, stamps))
+    points = still.lookup_many(axes, reference_point_frame or tracking_frame, stamps)
+    times = still._stamps_of(stamps)
     twists = np.zeros((len(times), 6))
     if not len(times):
         return twists
-    if frozen._tree.paths.has_changed_parent:
+    if still._tree.paths.has_changed_parent:
         return np.array([
-            _twist_at(frozen, tracking_frame, observation_frame, time, interval, axes,
+            _twist_at(still, tracking_frame, observation_frame, time, interval, axes,
                       reference_point, reference_point_frame) for time in times.tolist()])
-    frames, moving = _chain(frozen, observation_frame, tracking_frame, int(times[0]))
+    frames, moving = _chain(still, observation_frame, tracking_frame, int(times[0]))
     if moving:
         oldest, newest, length = _window(moving, interval)
         begins = np.clip(times - length // 2, oldest, newest)
         for near, far in pairwise(frames):
-            before, now, after = (frozen.lookup_many(near, far, when)
+            before, now, after = (still.lookup_many(near, far, when)
                                   for when in (begins, times, begins + length))
-            own = _twists_between(frozen, near, far, times)
+            own = _twists_between(still, near, far, times)
             if own is None:
                 own = screws.log_many(np.asarray(before.inverse() @ after)) * (
                     NANOSECONDS_PER_SECOND / length)

@@ -132,28 +132,28 @@ class LearntLimits:
         # None: unknown.
         self._largest: Limits | None = None
 
-    def largest(self, history: MovingHistory, oldest: int, latest: int) -> Limits:
+    def largest(self, history: MovingHistory, oldest: int, newest: int) -> Limits:
         """
         Return the largest accelerations in all whole blocks.
 
-        :param oldest: the oldest sample with the present parent; ``latest``: the newest.
+        :param oldest: the oldest sample with the present parent; ``newest``: the newest.
         """
-        if (oldest, latest) != self._span:
-            self._span = oldest, latest
-            self._renew(history, oldest, latest)
+        if (oldest, newest) != self._span:
+            self._span = oldest, newest
+            self._renew(history, oldest, newest)
         if self._largest is None:
             self._largest = np.max([*self._blocks.values(), np.zeros(6)], axis=0).tolist()
         return self._largest
 
-    def _renew(self, history: MovingHistory, oldest: int, latest: int) -> None:
+    def _renew(self, history: MovingHistory, oldest: int, newest: int) -> None:
         """Remove the blocks that have expired, and learn those that are new."""
         first = -(-oldest // _BLOCK)
         while self._blocks and (expired := next(iter(self._blocks))) < first:
             del self._blocks[expired]
             self._largest = None
         begin = first if self._next is None else max(self._next, first)
-        if latest >= (begin + 1) * _BLOCK + _SAMPLES * _CELL:
-            self._learn(history, begin, latest)
+        if newest >= (begin + 1) * _BLOCK + _SAMPLES * _CELL:
+            self._learn(history, begin, newest)
 
     def forget(self, late: int) -> None:
         """Forget all blocks that depend on a sample, which was inserted before the newest one."""
@@ -168,14 +168,14 @@ class LearntLimits:
         self._next = None if first == 0 else known[first]
         self._used, self._largest = late, None
 
-    def _learn(self, history: MovingHistory, first: int, latest: int) -> None:
+    def _learn(self, history: MovingHistory, first: int, newest: int) -> None:
         """Add all blocks that no later sample changes."""
-        times, poses = _one_in_each_cell(history, first * _BLOCK, latest)
+        times, poses = _one_in_each_cell(history, first * _BLOCK, newest)
         if len(times) < _SAMPLES:
             return
         rows = _lasting_limits(times, poses)
         blocks = times // _BLOCK
-        end = int(min(blocks[len(rows)], (latest - _SAMPLES * _CELL) // _BLOCK))
+        end = int(min(blocks[len(rows)], (newest - _SAMPLES * _CELL) // _BLOCK))
         blocks = blocks[:len(rows)]
         known = blocks.searchsorted(end)
         if known:

@@ -294,9 +294,9 @@ class Trials:
 
     def _changing(self, history: MovingHistory, cells: list[int], ahead: int) -> list[int]:
         """Return the cells for which the next samples may change the pose that was compared."""
-        latest, until = history.newest_stamp, gyro_until(history)
-        assert latest is not None
-        if until is not None and until < latest - _LATEST_GYRO:
+        newest, until = history.newest_stamp, gyro_until(history)
+        assert newest is not None
+        if until is not None and until < newest - _LATEST_GYRO:
             until = None
         changing = []
         for cell in reversed(cells):
@@ -308,7 +308,7 @@ class Trials:
                     # The pose after a gap that contains the next one. Until then there may be
                     # another gap, which is bridged with the rates that are measured after it.
                     after = history.next_stamp(after + BRIDGED)
-                if after < latest and (until is None or after + 2 * BRIDGED <= until):
+                if after < newest and (until is None or after + 2 * BRIDGED <= until):
                     break
                 changing.append(cell)
         return changing

@@ -253,14 +253,14 @@ def _turns(history: History, begins: Stamps, ends: Stamps,
 
 def _turns_at_constant_rates(history: History, begins: Stamps, ends: Stamps) -> Array:
     """Return ``_turn`` (N, 3) between many stamps."""
-    oldest, latest = history.oldest_stamp, history.newest_stamp
+    oldest, newest = history.oldest_stamp, history.newest_stamp
     if (not history.fixed_parent or not history.takes_samples or oldest is None
-            or latest is None):
+            or newest is None):
         pairs, place = np.unique(begins, return_index=True, return_inverse=True)[1:]
         return np.array([so3.log(_turn(history, int(begins[pair]), int(ends[pair])))
                          for pair in pairs])[place]
     turns = np.zeros((len(begins), 3))
-    known = np.flatnonzero((begins < ends) & (begins >= oldest) & (ends <= latest))
+    known = np.flatnonzero((begins < ends) & (begins >= oldest) & (ends <= newest))
     if not len(known):
         return turns
     begins, ends = begins[known], ends[known]

@@ -80,7 +80,7 @@ class Path:
                 if common in (edge.latest_stamp, edge.newest_stamp)]
 
     def span(self) -> tuple[int, int]:
-        """Return the oldest and the newest stamp for which every moving edge has data."""
+        """Return the oldest and the latest stamp for which every moving edge has data."""
         oldest, latest = BEGINNING, FOREVER - 1
         for edge in self._dynamic:
             assert edge.oldest_stamp is not None and edge.latest_stamp is not None

@@ -73,9 +73,9 @@ def window(edges: Sequence[EdgeInfo], cache_time: int) -> tuple[int, int]:
     Samples of an edge that stopped long ago do not extend the window.
     """
     moving = [edge for edge in edges if not edge.static]
-    latest = max((edge.latest for edge in moving), default=LATEST)
+    newest = max((edge.latest for edge in moving), default=LATEST)
     oldest = min((edge.oldest for edge in moving), default=LATEST)
-    return max(oldest, latest - cache_time), latest
+    return max(oldest, newest - cache_time), newest
 
 
 def reached(frame: str, links: Mapping[str, Collection[str]]) -> set[str]:

@@ -89,9 +89,9 @@ class Playhead:
         self.has_live = self.live = live
         self.playing = False
         self._stamps: dict[str, Stamps] = {}
-        oldest, latest = self.window()
+        oldest, newest = self.window()
         opening = None if live else opening_stamp(AllQueries.edges(tree))
-        self.stamp = latest if live else max(oldest if opening is None else opening, _FIRST)
+        self.stamp = newest if live else max(oldest if opening is None else opening, _FIRST)
 
     def use(self, tree: AllQueries, live: bool) -> None:
         """Show another tree; if it is the same, do nothing."""
@@ -134,16 +134,16 @@ class Playhead:
     def play(self) -> None:
         """Play from the present moment, or from the beginning if it is the last one."""
         self.pause()
-        oldest, latest = self.window()
-        if self.stamp >= latest:
+        oldest, newest = self.window()
+        if self.stamp >= newest:
             self.seek(oldest)
         self.playing = True
 
     def seek(self, stamp: int) -> None:
         """Go to a stamp, or to the nearest end of the window."""
         self.pause()
-        oldest, latest = self.window()
-        self.stamp = max(min(max(stamp, oldest), latest), _FIRST)
+        oldest, newest = self.window()
+        self.stamp = max(min(max(stamp, oldest), newest), _FIRST)
 
     def step(self, frame: str | None, count: int) -> None:
         """
@@ -175,6 +175,6 @@ class Playhead:
         """Advance the moment by the time that has passed, if the page plays."""
         if not self.playing:
             return
-        latest = self.window()[1]
-        self.stamp = min(self.stamp + round(seconds * self.speed * 1e9), latest)
-        self.playing = self.stamp < latest
+        newest = self.window()[1]
+        self.stamp = min(self.stamp + round(seconds * self.speed * 1e9), newest)
+        self.playing = self.stamp < newest

@@ -32,9 +32,9 @@ def film_stamps(window: tuple[int, int], stamp: int, seconds: float, speed: floa
     :param seconds: length of the film in recorded time.
     :param speed: recorded seconds per second of the film.
     """
-    oldest, latest = window
-    length = min(round(seconds * 1e9), latest - oldest)
-    begin = max(oldest, min(stamp, latest - length))
+    oldest, newest = window
+    length = min(round(seconds * 1e9), newest - oldest)
+    begin = max(oldest, min(stamp, newest - length))
     count = round(length * 1e-9 / speed * RATE_HZ) + 1
     return np.linspace(begin, begin + length, min(max(count, 1), MOST_FRAMES)).astype(np.int64)
 

@@ -226,10 +226,10 @@ class Page:
 
     def _draw_trail(self, moment: Moment) -> None:
         frame = self.controls.chosen.trail
-        oldest, latest = self._playhead.window()
+        oldest, newest = self._playhead.window()
         self._scene.draw_trail(
             np.empty((0, 2, 3)) if frame is None else
-            trail(self._playhead.tree, moment.fixed_frame, frame, oldest, latest), self._look)
+            trail(self._playhead.tree, moment.fixed_frame, frame, oldest, newest), self._look)
 
     def close(self) -> None:
         """Release what only this page uses."""

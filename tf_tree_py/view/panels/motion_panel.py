@@ -54,9 +54,9 @@ class MotionPanel:
             self._draw(None, 0, 0)
             return
         target = self.other or moment.fixed_frame
-        oldest, latest = playhead.window()
+        oldest, newest = playhead.window()
         wanted = self.other is not None or self._plot.value
-        motion = self._motion(playhead, target, chosen, oldest, latest) if wanted else None
+        motion = self._motion(playhead, target, chosen, oldest, newest) if wanted else None
         try:
             now = playhead.tree.lookup(target, chosen, moment.stamp or LATEST)
         except TransformException:
@@ -67,10 +67,10 @@ class MotionPanel:
         self._draw(motion if self._plot.value else None, oldest, moment.stamp)
 
     def _motion(self, playhead: Playhead, target: str, chosen: str, oldest: int,
-                latest: int) -> RelativeMotion | None:
-        key = playhead.tree, target, chosen, oldest, latest
+                newest: int) -> RelativeMotion | None:
+        key = playhead.tree, target, chosen, oldest, newest
         if self._known[0] != key:
-            self._known = key, relative_motion(playhead.tree, target, chosen, oldest, latest)
+            self._known = key, relative_motion(playhead.tree, target, chosen, oldest, newest)
         return self._known[1]
 
     def _draw(self, motion: RelativeMotion | None, oldest: int, stamp: int) -> None:

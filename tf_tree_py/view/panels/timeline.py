@@ -58,12 +58,12 @@ class Timeline:
         """
         playhead = self._playhead
         self._chosen = chosen
-        oldest, latest = playhead.window()
-        self._slider.max = max((latest - oldest) / 1e9, _STEP_S)
+        oldest, newest = playhead.window()
+        self._slider.max = max((newest - oldest) / 1e9, _STEP_S)
         self._position_s.show(min(max((playhead.stamp - oldest) / 1e9, 0.0), self._slider.max))
         if self._buttons.options != self._names():
             self._buttons.options = self._names()
-        self._mark([(stamp - oldest) / 1e9 for stamp in incidents if oldest <= stamp <= latest])
+        self._mark([(stamp - oldest) / 1e9 for stamp in incidents if oldest <= stamp <= newest])
         self._status.content = markup.status(self._tree_name, self._state(moment, remark, age_s))
 
     def _mark(self, seconds: Sequence[float]) -> None:
