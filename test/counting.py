@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Count calls, where the results do not show which code path was taken."""
+"""Count calls, where the results do not show which way the code went."""
 
 from collections import Counter
 from contextlib import contextmanager

@@ -7,7 +7,7 @@ The insertions that skip the closer checks, verified by counting calls.
 A message whose names are known is parsed at once. A sample that just follows the last one of
 its edge is appended, together with its message. Other samples are inserted one by one, and odd
 ones are checked closely, which takes several times as long. The results would not show it if
-the usual case took the slow path.
+the usual case took the slow way.
 """
 
 from counting import calls

@@ -263,7 +263,7 @@ def _extent(motion: Array) -> float:
 
 
 def _path(motion: Array) -> float:
-    """Return the length of the path of (N, p)."""
+    """Return the length of the polyline through (N, p)."""
     return float(np.linalg.norm(np.diff(motion, axis=0), axis=1).sum())
 
 

@@ -97,11 +97,11 @@ def public_whole_maker(cls: type) -> Function:
     return lambda *values: _constructed(cls, dict(zip(leaves, values, strict=True)))
 
 
-def _constructed(cls: type, values: dict[str, object], path: str = 'message') -> object:
+def _constructed(cls: type, values: dict[str, object], place: str = 'message') -> object:
     """Return a message by its constructor; ``values`` are named as ``_leaves_of`` does."""
     return cls(**{
-        field: values[f'{path}__{field}'] if part is None
-        else _constructed(part, values, f'{path}__{field}')
+        field: values[f'{place}__{field}'] if part is None
+        else _constructed(part, values, f'{place}__{field}')
         for field, part in parts_of(cls).items()})
 
 
@@ -133,14 +133,14 @@ def slotted_whole_maker(cls: type) -> Function:
     """Return the maker of whole messages that fills the slots."""
     classes: dict[str, type] = {}
 
-    def lines_of(cls: type, path: str) -> Iterator[str]:
-        classes[f'{path}_cls'] = cls
-        yield f'    {path} = new({path}_cls)'
-        yield f'    {path}._check_fields = check_fields'
+    def lines_of(cls: type, place: str) -> Iterator[str]:
+        classes[f'{place}_cls'] = cls
+        yield f'    {place} = new({place}_cls)'
+        yield f'    {place}._check_fields = check_fields'
         for field, part in parts_of(cls).items():
             if part is not None:
-                yield from lines_of(part, f'{path}__{field}')
-            yield f'    {path}._{field} = {path}__{field}'
+                yield from lines_of(part, f'{place}__{field}')
+            yield f'    {place}._{field} = {place}__{field}'
 
     body = list(lines_of(cls, 'message'))
     return _compiled(cls, f'def function({", ".join(_leaves_of(cls))}):', *body,
@@ -164,13 +164,13 @@ def slotted_reader(cls: type) -> Function:
     return _compiled(cls, 'def function(messages):', f'    return [{columns}]')
 
 
-def _leaves_of(cls: type, path: str = 'message') -> Iterator[str]:
+def _leaves_of(cls: type, place: str = 'message') -> Iterator[str]:
     """Yield a name for each value in a message: no field's name has two underscores in a row."""
     for field, part in parts_of(cls).items():
         if part is None:
-            yield f'{path}__{field}'
+            yield f'{place}__{field}'
         else:
-            yield from _leaves_of(part, f'{path}__{field}')
+            yield from _leaves_of(part, f'{place}__{field}')
 
 
 def _list_of(pattern: str, cls: type, between: str = ', ') -> str:
