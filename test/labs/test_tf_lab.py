@@ -158,7 +158,7 @@ def test_reader_that_leaves_is_no_failure():
 
 
 def test_table_is_readable():
-    table = Table('What', (Column('name', 'name'), Column('off_m', 'off [cm]', '.1f', 100.0),
+    table = Table('What', (Column('name', 'name'), Column('off_m', 'off [cm]', '.1f'),
                            Column('ok', 'ok')),
                   [('a', 0.123, True), ('longer', -1e-15, False), ('none', None, True)])
     assert table.as_text().splitlines() == [

@@ -196,11 +196,9 @@ def _table(passes: list[Pass], first: int) -> Table:
     return Table(
         f'A robot at up to 1.1 m/s, odometry 2 % off, poses at {RATE_HZ:g} Hz that are '
         f'{LATE_S * 1e3:.0f} ms late and 1 cm off, one in a hundred wrong',
-        (Column('name', 'map -> odom'),
-         Column('median_m', 'off, median [cm]', '.1f', 100.0),
-         Column('most_m', '95 % [cm]', '.1f', 100.0),
-         Column('worst_m', 'worst [cm]', '.1f', 100.0),
-         Column('step_m', 'largest step in 20 ms [cm]', '.1f', 100.0)),
+        (Column('name', 'map -> odom'), Column('median_m', 'off, median [cm]', '.1f'),
+         Column('most_m', '95 % [cm]', '.1f'), Column('worst_m', 'worst [cm]', '.1f'),
+         Column('step_m', 'largest step in 20 ms [cm]', '.1f')),
         [(one.name, *(float(np.quantile(one.errors[first:], part)) for part in (0.5, 0.95, 1.0)),
           float(one.steps[first:].max())) for one in passes])
 

@@ -117,14 +117,14 @@ def _budget(found: Calibration) -> tuple[float, float]:
 
 
 def _verdicts(found: dict[str, Calibration], straight: Calibration) -> Table:
-    rows = [(name, str(each.verdict), each.time_offset_s, degrees(each.edge.turned_rad),
+    rows = [(name, str(each.verdict), each.time_offset_s, each.edge.turned_rad,
              dist(each.edge.before[:3], each.edge.after[:3]), _hidden(each))
             for name, each in {**found, 'both, never turning': straight}.items()]
     return Table(
         f'What is wrong, and what was found, at {SPEED} m/s',
         (Column('wrong', 'what is wrong'), Column('verdict', 'verdict'),
-         Column('offset_s', 'late [ms]', '.1f', 1e3), Column('turned_deg', 'turned [deg]', '.2f'),
-         Column('moved_m', 'moved [mm]', '.1f', 1e3), Column('hidden', 'not visible')), rows)
+         Column('offset_s', 'late [ms]', '.1f'), Column('turned_rad', 'turned [deg]', '.2f'),
+         Column('moved_m', 'moved [mm]', '.1f'), Column('hidden', 'not visible')), rows)
 
 
 def _hidden(found: Calibration) -> str:
@@ -135,7 +135,7 @@ def _shares(found: Calibration) -> Table:
     best = min(each.criterion for each in found.explanations)
     return Table(
         'Both are wrong: the residual that each explanation leaves',
-        (Column('explanation', 'it is'), Column('unexplained_m', 'left [mm]', '.1f', 1e3),
+        (Column('explanation', 'it is'), Column('unexplained_m', 'left [mm]', '.1f'),
          Column('criterion', 'criterion', '+.0f')),
         [(str(each.name), each.unexplained_m, each.criterion - best)
          for each in found.explanations])
@@ -148,8 +148,8 @@ def _draw(found: Calibration, figure: Figure) -> None:
     for axes, places in ((left, trace.speed), (right, seconds)):
         for style, name, off in zip(STYLES[2:0:-1], ('before calibration', 'after'),
                                     (trace.before_m, trace.after_m), strict=True):
-            axes.plot(places, off * 100.0, **{**style, 'linestyle': ''}, label=name)
+            axes.plot(places, off * 100.0, **{**style, 'linestyle': ''},
+                      label=name if axes is left else '')
     left.set(xlabel='speed of the pallet past the camera [m/s]', ylabel='error of the pallet [cm]',
              title='Error by speed')
     right.set(xlabel='time [s]', title='Error along the drive')
-    left.legend(loc='upper left')

@@ -230,12 +230,9 @@ def _between_table(rows: list[Between]) -> Table:
     return Table(
         f'{_EVENTS:,} events at any microsecond, by the rate of the poses: the largest errors '
         f'(pixels of a point at {DEPTH:g} m)',
-        (Column('rate_hz', 'poses [Hz]', '.0f'),
-         Column('straight_m', 'lerp [mm]', '.4f', 1e3),
-         Column('straight_rad', 'slerp [deg]', '.4f', degrees(1.0)),
-         Column('straight_px', 'both [px]', '.4f'),
-         Column('spline_m', 'spline [mm]', '.6f', 1e3),
-         Column('spline_rad', 'spline [deg]', '.6f', degrees(1.0)),
+        (Column('rate_hz', 'poses [Hz]', '.0f'), Column('straight_m', 'lerp [mm]', '.4f'),
+         Column('straight_rad', 'slerp [deg]', '.4f'), Column('straight_px', 'both [px]', '.4f'),
+         Column('spline_m', 'spline [mm]', '.6f'), Column('spline_rad', 'spline [deg]', '.6f'),
          Column('spline_px', 'spline [px]', '.6f')), rows)
 
 
@@ -243,8 +240,8 @@ def _noise_table(rows: list[Noisy]) -> Table:
     return Table(
         f'Poses at {NOISY_RATE_HZ} Hz with noise of {NOISE[0] * 1e3:g} mm and '
         f'{degrees(NOISE[1]):.1f} deg in each axis: the remaining error (rms)',
-        (Column('way', 'way'), Column('moved_m', 'position [mm]', '.3f', 1e3),
-         Column('turned_rad', 'rotation [deg]', '.3f', degrees(1.0)),
+        (Column('way', 'way'), Column('moved_m', 'position [mm]', '.3f'),
+         Column('turned_rad', 'rotation [deg]', '.3f'),
          Column('turning', 'angular velocity [rad/s]', '.4f')), rows)
 
 
@@ -253,10 +250,10 @@ def _wrong_table(rows: list[tuple[float, ...]]) -> Table:
         f'Poses and knots at {JUMP_RATE_HZ} Hz: the largest error before a jump of 0.5 m, and '
         'before a foot lands at 1 m/s',
         (Column('knots', 'knots before', '.0f'),
-         Column('straight_jump_m', 'jump, lerp [mm]', '.3f', 1e3),
-         Column('spline_jump_m', 'jump, spline [mm]', '.3f', 1e3),
-         Column('straight_contact_m', 'contact, lerp [mm]', '.4f', 1e3),
-         Column('spline_contact_m', 'contact, spline [mm]', '.4f', 1e3)), rows)
+         Column('straight_jump_m', 'jump, lerp [mm]', '.3f'),
+         Column('spline_jump_m', 'jump, spline [mm]', '.3f'),
+         Column('straight_contact_m', 'contact, lerp [mm]', '.4f'),
+         Column('spline_contact_m', 'contact, spline [mm]', '.4f')), rows)
 
 
 def _draw(rows: list[Between], figure: Figure) -> None:
@@ -286,4 +283,3 @@ def _draw_jump(axes: Axes) -> None:
                   label=label)
     axes.set(xlabel='time, from the jump [ms]', ylabel='position [cm]', ylim=(-12.0, 75.0),
              title=f'A jump, poses and knots at {JUMP_RATE_HZ} Hz')
-    axes.legend(loc='upper left')

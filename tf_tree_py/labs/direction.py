@@ -120,8 +120,8 @@ def run() -> Report:
             '...',
             (Column('way', '... this'), Column('map_p_m', 'gives [m]'),
              Column('error_m', 'error [m]', '.3f'),
-             Column('behind', 'behind the robot [%]', '.0f', 100.0),
-             Column('other_range', 'at another distance [%]', '.0f', 100.0)),
+             Column('behind', 'behind the robot [%]', '.0f'),
+             Column('other_range', 'at another distance [%]', '.0f')),
             [(row.way, '({:.2f}, {:.2f}, {:.2f})'.format(*row.map_p), row.error, row.behind,
               row.other_range) for row in outcomes])],
         law='lookup(target, source) takes coordinates in the source to coordinates in the '

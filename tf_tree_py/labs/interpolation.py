@@ -5,7 +5,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from math import degrees, dist, radians, sin, sqrt, tau
+from math import dist, radians, sin, sqrt, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -136,9 +136,8 @@ def _curve_table(curves: dict[float, list[Gap]]) -> Table:
     return Table(
         f'On a curve at {SPEED} m/s: the largest error between samples',
         (Column('turn_rate', 'w [rad/s]', '.1f'), Column('rate_hz', 'rate [Hz]', '.0f'),
-         Column('moved_m', 'off by [mm]', '.4f', 1e3),
-         Column('law_m', 'v w T^2/8 [mm]', '.4f', 1e3),
-         Column('turned_rad', 'turned [deg]', '.4f', degrees(1.0))),
+         Column('moved_m', 'off by [mm]', '.4f'), Column('law_m', 'v w T^2/8 [mm]', '.4f'),
+         Column('turned_rad', 'turned [deg]', '.4f')),
         [(rate, gap.rate_hz, gap.moved, SPEED * rate / gap.rate_hz ** 2 / 8.0, gap.turned)
          for rate, gaps in curves.items() for gap in gaps])
 
@@ -148,8 +147,8 @@ def _swing_table(swings: list[Gap]) -> Table:
     return Table(
         f'A head that swings by {_SWING} rad at {_SWING_HZ:g} Hz: {acceleration:.1f} rad/s^2',
         (Column('rate_hz', 'rate [Hz]', '.0f'),
-         Column('turned_rad', 'turned wrongly [deg]', '.3f', degrees(1.0)),
-         Column('law_rad', 'acceleration T^2/8 [deg]', '.3f', degrees(1.0))),
+         Column('turned_rad', 'turned wrongly [deg]', '.3f'),
+         Column('law_rad', 'acceleration T^2/8 [deg]', '.3f')),
         [(gap.rate_hz, gap.turned, acceleration / gap.rate_hz ** 2 / 8.0) for gap in swings])
 
 
@@ -164,7 +163,7 @@ def _rate_table() -> Table:
         'How often to publish for 1 mm: sqrt(v w / (8 error)); and the resulting error',
         (Column('what', 'what'), Column('speed', 'v [m/s]', '.1f'),
          Column('turn_rate', 'w [rad/s]', '.1f'), Column('rate_hz', 'rate [Hz]', '.1f'),
-         Column('moved_m', 'off by [mm]', '.3f', 1e3)), rows)
+         Column('moved_m', 'off by [mm]', '.3f')), rows)
 
 
 def _jump_table() -> Table:
@@ -174,10 +173,10 @@ def _jump_table() -> Table:
                      cured.from_before))
     return Table(
         f'map -> odom jumps by {JUMP.y} m, {JUMP_PERIOD / 1e6:.0f} ms after its last sample',
-        (Column('after_s', 'after that sample [ms]', '.0f', 1e3),
-         Column('from_before_m', 'from where it was [cm]', '.1f', 100.0),
-         Column('from_after_m', 'from where it will be [cm]', '.1f', 100.0),
-         Column('told_from_before_m', 'the same, old pose sent again [cm]', '.1f', 100.0)),
+        (Column('after_s', 'after that sample [ms]', '.0f'),
+         Column('from_before_m', 'from where it was [cm]', '.1f'),
+         Column('from_after_m', 'from where it will be [cm]', '.1f'),
+         Column('told_from_before_m', 'the same, old pose sent again [cm]', '.1f')),
         rows)
 
 
@@ -217,4 +216,3 @@ def _draw_jump(axes: Axes) -> None:
          arrowprops={'arrowstyle': '->', 'color': STYLES[1]['color'], 'shrinkB': 6.0})
     axes.set(xlabel='time, from the jump [ms]', ylabel='odom in map: y [cm]',
              ylim=(-5.0, 80.0), title='A jump of map → odom, published at 10 Hz')
-    axes.legend(loc='upper left')

@@ -176,11 +176,11 @@ def _late_table(rows: list[Late]) -> Table:
     return Table(
         "The distance of the camera's pose from the true one when the image was taken "
         '(mean of 40 images)',
-        (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.0f', 1e3),
-         Column('law_m', 'v delay [cm]', '.2f', 100.0),
-         Column('asked_late_m', 'looked up late [cm]', '.2f', 100.0),
-         Column('latest_m', 'latest [cm]', '.2f', 100.0),
-         Column('stamped_m', "header's stamp [mm]", '.4f', 1e3)),
+        (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.0f'),
+         Column('law_m', 'v delay [cm]', '.2f'),
+         Column('asked_late_m', 'looked up late [cm]', '.2f'),
+         Column('latest_m', 'latest [cm]', '.2f'),
+         Column('stamped_m', "header's stamp [mm]", '.4f')),
         [(row.speed, as_seconds(row.delay), row.speed * as_seconds(row.delay), row.asked_late,
           row.latest, row.stamped) for row in rows])
 
@@ -189,11 +189,11 @@ def _turning_table(turns: list[Turning]) -> Table:
     return Table(
         f'The same when turning: {_TURNING_SPEED} m/s, and an object {_AHEAD[0]:g} m ahead of the '
         'base',
-        (Column('turn_rate', 'w [rad/s]', '.1f'), Column('delay_s', 'delay [ms]', '.0f', 1e3),
-         Column('asked_late_m', 'looked up late [cm]', '.3f', 100.0),
-         Column('tangent_m', '|v + w x r| delay [cm]', '.3f', 100.0),
-         Column('chord_m', '2R sin(w delay/2) [cm]', '.3f', 100.0),
-         Column('stamped_m', "header's stamp [mm]", '.4f', 1e3)),
+        (Column('turn_rate', 'w [rad/s]', '.1f'), Column('delay_s', 'delay [ms]', '.0f'),
+         Column('asked_late_m', 'looked up late [cm]', '.3f'),
+         Column('tangent_m', '|v + w x r| delay [cm]', '.3f'),
+         Column('chord_m', '2R sin(w delay/2) [cm]', '.3f'),
+         Column('stamped_m', "header's stamp [mm]", '.4f')),
         [(turn.rate, as_seconds(turn.delay), *turn[2:]) for turn in turns])
 
 
@@ -214,7 +214,6 @@ def _draw(fits: dict[float, float], figure: Figure) -> None:
                   **STYLES[0], label="the header's stamp, any v")
     straight.set(xlabel='delay [ms]', ylabel='error [cm]', ylim=(-5.0, 150.0),
                  title='The camera, driving straight: v · delay')
-    straight.legend(loc='upper left')
     _draw_turning(turned)
 
 
@@ -234,4 +233,3 @@ def _draw_turning(axes: Axes) -> None:
               label="the header's stamp, any ω")
     axes.set(xlabel='delay [ms]', title=f'A point 1 m ahead, turning at {_TURNING_SPEED} m/s')
     axes.tick_params(labelleft=True)
-    axes.legend(loc='upper left')

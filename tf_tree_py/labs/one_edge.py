@@ -162,9 +162,8 @@ def _table(rows: list[Edit], pairs: int) -> Table:
         f'One line of {len(rows)} is edited: the child moves by 1 cm and rotates by 2 degrees',
         (Column('parent', 'parent'), Column('child', 'child'), Column('line', 'line'),
          Column('below', 'frames below'), Column('crossing', 'lookups over it'),
-         Column('changed', 'changed'), Column('share', 'of all [%]', '.0f', 100.0),
-         Column('others', 'others changed'),
-         Column('moved_m', 'moved by up to [cm]', '.1f', 100.0)),
+         Column('changed', 'changed'), Column('share', 'of all [%]', '.0f'),
+         Column('others', 'others changed'), Column('moved_m', 'moved by up to [cm]', '.1f')),
         [(*row.edge, row.line, row.below, row.crossing, row.changed, row.changed / pairs,
           row.others, max(row.moved)) for row in rows if row.edge[1] in SHOWN])
 

@@ -104,6 +104,8 @@ def figure_of(draw: Callable[[Figure], None]) -> Figure:
     """
     Return the matplotlib ``Figure`` of a picture.
 
+    Axes with labels get a legend at the upper left, unless the picture places it.
+
     :raises ImportError: matplotlib is missing.
     """
     from matplotlib import rc_context
@@ -111,4 +113,8 @@ def figure_of(draw: Callable[[Figure], None]) -> Figure:
     with rc_context(_SETTINGS):
         figure = Figure(figsize=(8.0, 4.2), dpi=_DPI, layout='constrained')
         draw(figure)
+        for axes in figure.axes:
+            is_placed = axes.get_legend() is not None or figure.legends
+            if axes.get_legend_handles_labels()[0] and not is_placed:
+                axes.legend(loc='upper left')
     return figure

@@ -150,12 +150,11 @@ def run() -> Report:
 def _floor_table(rows: list[Floor]) -> Table:
     return Table(
         'The error of a planar tree along the floor, for an object straight above the base',
-        (Column('height_m', 'h [m]', '.1f'),
-         Column('tilt_rad', 'lean [deg]', '.0f', degrees(1.0)),
-         Column('roll_error_m', 'off by roll [cm]', '.2f', 100.0),
-         Column('pitch_error_m', 'off by pitch [cm]', '.2f', 100.0),
-         Column('law_m', 'h sin(lean) [cm]', '.2f', 100.0),
-         Column('residual_tilt_rad', 'reported residual tilt [deg]', '.3f', degrees(1.0))),
+        (Column('height_m', 'h [m]', '.1f'), Column('tilt_rad', 'lean [deg]', '.0f'),
+         Column('roll_error_m', 'off by roll [cm]', '.2f'),
+         Column('pitch_error_m', 'off by pitch [cm]', '.2f'),
+         Column('law_m', 'h sin(lean) [cm]', '.2f'),
+         Column('residual_tilt_rad', 'reported residual tilt [deg]', '.3f')),
         [(row.height, row.tilt, row.by_roll, row.by_pitch, row.height * sin(row.tilt),
           row.residual_tilt) for row in rows])
 
@@ -164,8 +163,8 @@ def _point_table(points: list[tuple[str, float, float]]) -> Table:
     return Table(
         'The effect of the projection on points of the base at a pitch of 5 degrees',
         (Column('base_p_m', 'point in base_link [m]'),
-         Column('floor_m', 'off along the floor [cm]', '.2f', 100.0),
-         Column('up_m', 'off in height [cm]', '.2f', 100.0)), points)
+         Column('floor_m', 'off along the floor [cm]', '.2f'),
+         Column('up_m', 'off in height [cm]', '.2f')), points)
 
 
 def _draw(rows: list[Floor], figure: Figure) -> None:
@@ -176,7 +175,6 @@ def _draw(rows: list[Floor], figure: Figure) -> None:
                   **style, label=f'h = {height:g} m')
     left.set(xlabel='lean of the base [°]', ylabel='error along the floor [cm]',
              title='error = h · sin(lean)')
-    left.legend(loc='upper left')
     _draw_side(right)
 
 

@@ -193,10 +193,9 @@ def _forgotten_table(rows: list[Forgotten]) -> Table:
     return Table(
         'The error of a module that is forgotten',
         (Column('module', 'module'), Column('target', 'target'), Column('sensor', 'sensor'),
-         Column('ahead_m', 'looks ahead [m]', '.1f'),
-         Column('edges', 'edges'), Column('uses_it', 'remounted'),
-         Column('moved_m', 'off by [cm]', '.1f', 100.0),
-         Column('turned_rad', 'turned by [deg]', '.1f', degrees(1.0))),
+         Column('ahead_m', 'looks ahead [m]', '.1f'), Column('edges', 'edges'),
+         Column('uses_it', 'remounted'), Column('moved_m', 'off by [cm]', '.1f'),
+         Column('turned_rad', 'turned by [deg]', '.1f')),
         [(*row.module, row.edges, row.uses_it, row.moved, row.turned) for row in rows])
 
 
@@ -226,10 +225,9 @@ def _draw(counts: list[Places], rows: list[Forgotten], figure: Figure) -> None:
 
 def _draw_forgotten(axes: Axes, rows: list[Forgotten]) -> None:
     heights = np.arange(len(rows))
-    axes.barh(heights, [row.moved * 100.0 for row in rows], facecolor='white', hatch='////',
-              edgecolor=STYLES[1]['color'])
-    for height, row in zip(heights, rows, strict=True):
-        note(axes, f'{row.moved * 100.0:.1f} cm', (row.moved * 100.0, height), (4, -3))
+    bars = axes.barh(heights, [row.moved * 100.0 for row in rows], facecolor='white',
+                     hatch='////', edgecolor=STYLES[1]['color'])
+    axes.bar_label(bars, fmt='%.1f cm', padding=4)
     axes.set_yticks(
         heights, [f'{row.module.name}\n({row.module.ahead:g} m ahead)' for row in rows])
     axes.invert_yaxis()

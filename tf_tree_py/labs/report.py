@@ -5,6 +5,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import degrees
 import textwrap
 from typing import NamedTuple
 
@@ -13,6 +14,9 @@ from tf_tree_py.reports.plain_text import as_lines
 from .pictures import Figure
 
 _WIDTH = 96
+# How many of a unit are in one of the SI, or in the whole.
+_IN_ONE = {'mm': 1e3, 'cm': 100.0, 'ms': 1e3, 'deg': degrees(1.0), 'mrad': 1e3, 'kB': 1e-3,
+           '%': 100.0}
 
 
 class Column(NamedTuple):
@@ -20,15 +24,13 @@ class Column(NamedTuple):
     One column of a table.
 
     :ivar key: its name in JSON; values there are in SI units.
-    :ivar heading: its heading, with the unit of the numbers below.
+    :ivar heading: its heading; the numbers below are in the unit at its end, such as ``[cm]``.
     :ivar style: the format of a number, such as ``.1f``.
-    :ivar scale: the factor from a value to the number shown, such as 100 for centimetres.
     """
 
     key: str
     heading: str
     style: str = ''
-    scale: float = 1.0
 
     def write(self, value: object) -> str:
         """Return a value as text for the table; a dash for None."""
@@ -38,8 +40,10 @@ class Column(NamedTuple):
             return 'yes' if value else 'no'
         if not isinstance(value, (int, float)):
             return str(value)
+        unit = self.heading.rpartition('[')[2].removesuffix(']')
         # Adding 0.0 turns a rounded -0.0 into 0.0.
-        return format(round(value * self.scale, 9) + 0.0 if self.style else value, self.style)
+        return format(round(value * _IN_ONE.get(unit, 1.0), 9) + 0.0 if self.style else value,
+                      self.style)
 
 
 @dataclass(frozen=True)

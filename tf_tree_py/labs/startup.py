@@ -153,8 +153,8 @@ def _table(programs: Mapping[float, Sequence[Start]]) -> Table:
         'Lookups of a static transform from the start on, retried with the next image',
         (Column('timeout_s', 'timeout [s]', 'g'), Column('starts', 'starts'),
          Column('first_failed', 'first lookup fails'), Column('failed', 'lookups that fail'),
-         Column('median_s', 'first answer: median [ms]', '.1f', 1e3),
-         Column('worst_s', 'worst [ms]', '.1f', 1e3)), rows)
+         Column('median_s', 'first answer: median [ms]', '.1f'),
+         Column('worst_s', 'worst [ms]', '.1f')), rows)
 
 
 def _draw(programs: Mapping[float, Sequence[Start]], figure: Figure) -> None:
@@ -172,9 +172,9 @@ def _draw(programs: Mapping[float, Sequence[Start]], figure: Figure) -> None:
     left.legend(loc='lower right')
     shares = [sum(one.failed > 0 for one in program) / len(program) * 100.0
               for program in programs.values()]
-    right.bar(range(len(shares)), shares, facecolor='white', edgecolor='black', hatch='////')
-    for place, share in enumerate(shares):
-        note(right, f'{share:.0f} %', (place, share), (0, 3), ha='center')
+    bars = right.bar(range(len(shares)), shares, facecolor='white', edgecolor='black',
+                     hatch='////')
+    right.bar_label(bars, fmt='%.0f %%', padding=3)
     right.set_xticks(range(len(shares)), [f'{timeout:g}' if timeout else 'none'
                                           for timeout in programs])
     right.set(xlabel='timeout of the lookup [s]', ylabel='share of starts [%]',

@@ -130,9 +130,8 @@ def _cost_table(costs: list[Cost]) -> Table:
     return Table(
         f'{_SECONDS} s, {SUBSCRIBERS} subscribers',
         (Column('how', 'the calibration is sent'), Column('messages', 'messages received'),
-         Column('payload_bytes', 'payload [kB]', '.2f', 1e-3),
-         Column('cpu_s', 'CPU of storing [ms]', '.2f', 1e3),
-         Column('samples', 'samples kept')), costs)
+         Column('payload_bytes', 'payload [kB]', '.2f'),
+         Column('cpu_s', 'CPU of storing [ms]', '.2f'), Column('samples', 'samples kept')), costs)
 
 
 def _death_table(moving: list[Death], fixed: list[Death]) -> Table:
@@ -157,7 +156,6 @@ def _draw(moving: list[Death], fixed: list[Death], figure: Figure) -> None:
               **STYLES[0], label="once on /tf_static, the latest or an image's stamp")
     axes.set(yticks=range(7), ylabel='camera in map: off by [m]', ylim=(-0.4, 6.4),
              title=f'The sender of the calibration dies at 0 s; the robot drives at {_SPEED} m/s')
-    axes.legend(loc='upper left')
     _draw_outcomes(strip, moving, fixed)
 
 

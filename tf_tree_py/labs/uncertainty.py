@@ -99,9 +99,9 @@ def _distance_table(spreads: list[Spread]) -> Table:
     return Table(
         'The lateral deviation (1 sigma) of an object ahead of a camera',
         (Column('distance_m', 'distance [m]', '.2f'),
-         Column('by_angle_m', '1 deg of mounting [cm]', '.2f', 100.0),
-         Column('drawn_m', 'the same, 20,000 draws [cm]', '.2f', 100.0),
-         Column('by_shift_m', '1 cm of mounting [cm]', '.2f', 100.0)),
+         Column('by_angle_m', '1 deg of mounting [cm]', '.2f'),
+         Column('drawn_m', 'the same, 20,000 draws [cm]', '.2f'),
+         Column('by_shift_m', '1 cm of mounting [cm]', '.2f')),
         [(one.distance, one.by_angle, one.drawn, one.by_shift) for one in spreads])
 
 
@@ -111,9 +111,9 @@ def _budget_table() -> Table:
             for share in robot().lookup_budget('map', 'thing')]
     return Table(
         'The sources of the error in the map of an object 5 m ahead of the camera',
-        (Column('edge', 'edge'), Column('sigma_m', 'adds [cm]', '.2f', 100.0),
-         Column('position', 'of the position [%]', '.1f', 100.0),
-         Column('rotation', 'of the rotation [%]', '.1f', 100.0)), rows)
+        (Column('edge', 'edge'), Column('sigma_m', 'adds [cm]', '.2f'),
+         Column('position', 'of the position [%]', '.1f'),
+         Column('rotation', 'of the rotation [%]', '.1f')), rows)
 
 
 def _frames_table() -> Table:
@@ -123,7 +123,7 @@ def _frames_table() -> Table:
         pose, covariance = buffer.lookup_uncertain(target, 'thing')
         rows.append((target, sqrt(np.trace(covariance[:3, :3]))))
     return Table('The uncertainty of the same object in each frame',
-                 (Column('target', 'in'), Column('sigma_m', 'off by [cm]', '.2f', 100.0)), rows)
+                 (Column('target', 'in'), Column('sigma_m', 'off by [cm]', '.2f')), rows)
 
 
 def _draw(spreads: list[Spread], figure: Figure) -> None:
@@ -138,7 +138,6 @@ def _draw(spreads: list[Spread], figure: Figure) -> None:
     left.set(xlabel='distance [m]', ylabel='sideways error (1 σ) [cm]',
              title='An angle grows with the distance')
     name_ticks(left, distances)
-    left.legend(loc='upper left')
     _draw_budget(right)
 
 

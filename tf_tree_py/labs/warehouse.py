@@ -145,10 +145,8 @@ def _table(misses: list[Miss]) -> Table:
     return Table(
         f'Where the pallet {PALLET_P[0]} m ahead is placed, {DELAY / 1e6:.0f} ms after the image',
         (Column('scene', 'the forklift is'), Column('way', 'looked up with'),
-         Column('off_m', 'off by [cm]', '.2f', 100.0),
-         Column('ahead_m', 'ahead [cm]', '.2f', 100.0),
-         Column('left_m', 'left [cm]', '.2f', 100.0),
-         Column('turned_rad', 'turned [deg]', '.2f', degrees(1.0))),
+         Column('off_m', 'off by [cm]', '.2f'), Column('ahead_m', 'ahead [cm]', '.2f'),
+         Column('left_m', 'left [cm]', '.2f'), Column('turned_rad', 'turned [deg]', '.2f')),
         [(row.scene, row.way, row.size, row.ahead, row.left, row.turned) for row in misses])
 
 
@@ -163,14 +161,11 @@ def _audit_table() -> Table:
     return Table(
         'The lookup audit of the three lines of code, on the curve: base_link in map, with the '
         'known stamp of each image',
-        (Column('line', 'line in'), Column('asked_for', 'asked for'),
-         Column('lookups', 'times'),
-         Column('behind_newest_s', 'behind newest [ms]', '.1f', 1e3),
-         Column('behind_now_s', 'behind now [ms]', '.1f', 1e3),
-         Column('apart_s', 'off by [ms]', '.1f', 1e3),
-         Column('moved_m', 'moved at most [cm]', '.2f', 100.0),
-         Column('turned_rad', 'turned [deg]', '.2f', degrees(1.0)),
-         Column('meaning', '')), rows)
+        (Column('line', 'line in'), Column('asked_for', 'asked for'), Column('lookups', 'times'),
+         Column('behind_newest_s', 'behind newest [ms]', '.1f'),
+         Column('behind_now_s', 'behind now [ms]', '.1f'), Column('apart_s', 'off by [ms]', '.1f'),
+         Column('moved_m', 'moved at most [cm]', '.2f'),
+         Column('turned_rad', 'turned [deg]', '.2f'), Column('meaning', '')), rows)
 
 
 def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Figure) -> None:
@@ -187,7 +182,6 @@ def _draw(straight: Miss, turning: Miss, curve: Miss, figure: Figure) -> None:
     right.set(xlabel='how late the lookup is [ms]', ylim=(-0.4, 14.5),
               ylabel='error of the pallet [cm]',
               title='Error of the pallet, by the time looked up')
-    right.legend(loc='upper left')
 
 
 def _sizes_cm(scene: str, way: str, delays: Iterable[float]) -> list[float]:

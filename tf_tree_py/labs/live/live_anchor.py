@@ -88,9 +88,9 @@ def _report(alone: Pass, ours: Pass) -> Report:
     return Report(
         tables=[Table(
             f'The node over DDS, poses that arrive {LATE_S * 1e3:.0f} ms late',
-            (Column('name', 'map -> odom'), Column('median_m', 'off, median [cm]', '.1f', 100.0),
-             Column('worst_m', 'worst [cm]', '.1f', 100.0),
-             Column('step_m', 'largest step in 20 ms [cm]', '.1f', 100.0)),
+            (Column('name', 'map -> odom'), Column('median_m', 'off, median [cm]', '.1f'),
+             Column('worst_m', 'worst [cm]', '.1f'),
+             Column('step_m', 'largest step in 20 ms [cm]', '.1f')),
             [(one.name, float(np.median(one.errors)), float(one.errors.max()),
               float(one.steps.max())) for one in (alone, ours)])],
         law=f'the pose of the robot in every tf2 listener is {100 * np.median(ours.errors):.1f} '

@@ -141,9 +141,8 @@ def _report(looks: list[LookupErrors], ages: Array) -> Report:
     return Report(
         tables=[_table(looks), Table(
             "The time from a transform's stamp to its insertion in another process",
-            (Column('messages', 'messages'), Column('median_s', 'median [ms]', '.2f', 1e3),
-             Column('p99_s', '99 % within [ms]', '.2f', 1e3),
-             Column('worst_s', 'longest [ms]', '.2f', 1e3)),
+            (Column('messages', 'messages'), Column('median_s', 'median [ms]', '.2f'),
+             Column('p99_s', '99 % within [ms]', '.2f'), Column('worst_s', 'longest [ms]', '.2f')),
             [(len(ages), median, most, worst)])],
         law=f'over DDS too, the error of the latest is speed times delay (fitted slopes in '
             f'm/s, for {written}), minus the age of the latest, {behind * 1e3:.1f} ms; '
@@ -178,11 +177,10 @@ def _table(looks: list[LookupErrors]) -> Table:
                          sum(look.now_raised for look in cell) / len(cell)))
     return Table(
         f"The error of the camera's pose (mean of {len(cell)} images)",
-        (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.1f', 1e3),
-         Column('law_m', 'v delay [cm]', '.2f', 100.0),
-         Column('latest_m', 'latest [cm]', '.2f', 100.0),
-         Column('stamped_m', "header's stamp, worst [mm]", '.4f', 1e3),
-         Column('now_raised', 'now: raised an error [%]', '.0f', 100.0)), rows)
+        (Column('speed', 'v [m/s]', '.2f'), Column('delay_s', 'delay [ms]', '.1f'),
+         Column('law_m', 'v delay [cm]', '.2f'), Column('latest_m', 'latest [cm]', '.2f'),
+         Column('stamped_m', "header's stamp, worst [mm]", '.4f'),
+         Column('now_raised', 'now: raised an error [%]', '.0f')), rows)
 
 
 def _draw(looks: list[LookupErrors], fits: dict[float, tuple[float, float]],
@@ -207,4 +205,3 @@ def _draw(looks: list[LookupErrors], fits: dict[float, tuple[float, float]],
     axes.set(xlabel='delay from the image to the lookup [ms]', ylim=(-2.3, None),
              ylabel='camera in odom: too far ahead by [cm]',
              title='Two processes: a drive at 100 Hz, and lookups that come late')
-    axes.legend(loc='upper left')

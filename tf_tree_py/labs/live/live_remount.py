@@ -4,7 +4,7 @@
 """Remounting over DDS: one edge is sent again, and the answers of running modules change."""
 
 from collections.abc import Sequence
-from math import degrees, dist
+from math import dist
 from multiprocessing.connection import Connection, wait
 import time
 from typing import NamedTuple
@@ -111,9 +111,8 @@ def table(title: str, before: dict[str, Answer], after: dict[str, Answer], since
             distance(old, new)[1]))
     return Table(title, (
         Column('module', 'module'), Column('target', 'target'), Column('sensor', 'sensor'),
-        Column('after_s', 'new answer after [ms]', '.1f', 1e3),
-        Column('moved_m', 'by [cm]', '.1f', 100.0),
-        Column('turned_rad', 'by [deg]', '.1f', degrees(1.0))), rows)
+        Column('after_s', 'new answer after [ms]', '.1f'), Column('moved_m', 'by [cm]', '.1f'),
+        Column('turned_rad', 'by [deg]', '.1f')), rows)
 
 
 def _report(before: dict[str, Answer], after: dict[str, Answer], resent: int,

@@ -144,9 +144,9 @@ def _report(rows: list[Row], sent: float, after: list[tuple[str, str]], size: in
             Table(f'{SUBSCRIBERS} subscribers in {_PROCESSES} processes, a second of each',
                   (Column('how', 'the calibration is sent'),
                    Column('transforms', 'transforms received', '.0f'),
-                   Column('payload_bytes', 'payload [kB]', '.1f', 1e-3),
-                   Column('subscribers_cpu', 'CPU, all subscribers [%]', '.1f', 100.0),
-                   Column('sender_cpu', 'CPU, sender [%]', '.1f', 100.0)), rows),
+                   Column('payload_bytes', 'payload [kB]', '.1f'),
+                   Column('subscribers_cpu', 'CPU, all subscribers [%]', '.1f'),
+                   Column('sender_cpu', 'CPU, sender [%]', '.1f')), rows),
             Table("The spammer has ended; a lookup with an image's stamp, timeout 0.2 s",
                   (Column('how', 'the calibration was sent'), Column('lookup', 'lookup')), after)],
         law=f'{RATE_HZ} Hz to {SUBSCRIBERS} subscribers is {loud.payload / 1e3:.0f} kB/s of '
