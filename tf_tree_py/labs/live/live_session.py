@@ -196,6 +196,18 @@ def small_node(name: str, context: Context | None = None) -> Node:
                 start_parameter_services=False)
 
 
+@contextmanager
+def lone_node(name: str) -> Iterator[Node]:
+    """Yield a small node in a context of its own."""
+    context = new_context()
+    node = small_node(name, context)
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
+
+
 def answer(pipe: Connection) -> Any:
     """
     Return the next object that a process sends.

@@ -15,7 +15,7 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster
 
-from .live_session import answer, listening, new_context, session, small_node
+from .live_session import answer, listening, lone_node, session
 from ..report import Report
 from ..startup import CHILD, measure, PARENT, POSE, report, Start, STARTS
 
@@ -25,14 +25,11 @@ def publish(_: Node, pipe: Connection) -> None:
     pipe.send('ready')
     while True:
         pipe.recv()
-        context = new_context()
-        publisher = small_node('static_publisher', context)
-        StaticTransformBroadcaster(publisher).sendTransform(
-            transform_stamped(PARENT, CHILD, LATEST, POSE))
-        pipe.send(time.monotonic())
-        pipe.recv()
-        publisher.destroy_node()
-        context.shutdown()
+        with lone_node('static_publisher') as publisher:
+            StaticTransformBroadcaster(publisher).sendTransform(
+                transform_stamped(PARENT, CHILD, LATEST, POSE))
+            pipe.send(time.monotonic())
+            pipe.recv()
         pipe.send('ended')
 
 
@@ -50,17 +47,14 @@ def run(starts: int = STARTS) -> Report:
 
 def _start(publisher: Connection) -> tuple[dict[float, Start], float]:
     """Return the programs' results, and after how many seconds the transform was sent."""
-    context = new_context()
-    node = small_node('early_listener', context)
-    with listening(node) as buffer:
-        begin = time.monotonic()
-        one = measure(lambda timeout: buffer.lookup_transform(
-            PARENT, CHILD, Time(), Duration(nanoseconds=from_seconds(timeout))),
-            lambda: publisher.send('start'))
-        # All processes of a machine share this clock.
-        sent = answer(publisher) - begin
-    publisher.send('end')
-    answer(publisher)
-    node.destroy_node()
-    context.shutdown()
+    with lone_node('early_listener') as node:
+        with listening(node) as buffer:
+            begin = time.monotonic()
+            one = measure(lambda timeout: buffer.lookup_transform(
+                PARENT, CHILD, Time(), Duration(nanoseconds=from_seconds(timeout))),
+                lambda: publisher.send('start'))
+            # All processes of a machine share this clock.
+            sent = answer(publisher) - begin
+        publisher.send('end')
+        answer(publisher)
     return one, sent

@@ -19,7 +19,7 @@ from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.messages.convert import transform_stamped
 from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
 
-from .live_session import answer, listening, new_context, PATIENCE_S, session, small_node, ticks
+from .live_session import answer, listening, lone_node, PATIENCE_S, session, ticks
 from ..report import Column, Report, Table
 from ..static_spam import CHILD, PARENT, POSE, RATE_HZ, SUBSCRIBERS
 
@@ -57,17 +57,11 @@ def once(node: Node, pipe: Connection) -> None:
 
 def subscribe(_: Node, pipe: Connection, number: int) -> None:
     """Run subscribers, each as if in its own process; wait for an edge and measure on request."""
-    contexts = [new_context() for _ in range(number)]
-    nodes = [small_node('subscriber', context) for context in contexts]
-    try:
-        with ExitStack() as listeners:
-            buffers = [listeners.enter_context(listening(node)) for node in nodes]
-            while True:
-                pipe.send(_do(pipe.recv(), buffers))
-    finally:
-        for node, context in zip(nodes, contexts, strict=True):
-            node.destroy_node()
-            context.try_shutdown()
+    with ExitStack() as opened:
+        nodes = [opened.enter_context(lone_node('subscriber')) for _ in range(number)]
+        buffers = [opened.enter_context(listening(node)) for node in nodes]
+        while True:
+            pipe.send(_do(pipe.recv(), buffers))
 
 
 def _do(order: str | float, buffers: list[Buffer]) -> str | Use:
