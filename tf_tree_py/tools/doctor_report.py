@@ -14,7 +14,7 @@ from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds
 
-from .tree_input import nothing_arrived, TreeInput
+from .source import nothing_arrived, TreeInput
 
 VERSION = 1
 """The version of a report; it changes only if a key is removed or gets another meaning."""
@@ -56,8 +56,7 @@ def judged(tree_input: TreeInput, doctor: Doctor,
     :param interrupted: whether the watch was shorter than requested.
     :raises Cannot: no transform has arrived.
     """
-    doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
-    findings = doctor.findings(tree_input.now())
+    findings = tree_input.findings(doctor)
     if not doctor.transforms and not any(one.severity is Severity.ERROR for one in findings):
         raise nothing_arrived(tree_input)
     return _report(tree_input, doctor, findings, interrupted), findings

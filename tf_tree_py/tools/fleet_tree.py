@@ -8,16 +8,16 @@ from collections.abc import Sequence
 import logging
 import time
 
-from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
-from tf_tree_py.core.messages.observers import Endpoint, Observer
+from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.text import shorten
 from tf_tree_py.fleet import FleetError, FleetListener
-from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
+
+from .source import TreeInput
 
 
-class FleetTree:
-    """A buffer that receives robots through a router; see ``tree_input.TreeInput``."""
+class FleetTree(TreeInput):
+    """A buffer that receives robots through a router; see ``TreeInput``."""
 
     hint = ('is a robot sending there, and do --robots and the access control of the router '
             'allow it?')
@@ -40,30 +40,15 @@ class FleetTree:
         self._log.setLevel(logging.ERROR)
         self.name = self._listener.name
         self.buffer = self._listener.buffer
-        self.now = time.time_ns
 
-    def __enter__(self) -> 'FleetTree':
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Stop listening."""
         self._listener.close()
         self._log.setLevel(self._level)
 
-    def watch(self, seconds: float | None) -> bool:
-        """Let transforms arrive, in the listener's threads."""
-        signals.wait(seconds)
-        return True
-
-    def await_covariances(self) -> None:
-        """Return at once: there are no covariances over Zenoh."""
-
-    def endpoints(self) -> list[Endpoint]:
-        """Return nothing: tokens name the robots, but not their quality of service."""
-        return []
-
-    def graph(self) -> RosGraph:
-        """Return nothing: a fleet has no graph."""
-        return NO_GRAPH
+    def now(self) -> int:
+        """Return the time by the clock of this machine."""
+        return time.time_ns()
 
     def damage(self) -> list[str]:
         """Return why there is no connection, if so, and what was dropped or ignored."""

@@ -5,7 +5,6 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
-from functools import partial
 import threading
 import time
 
@@ -15,7 +14,6 @@ from rclpy.logging import LoggingSeverity
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 from tf_tree_py.beyond.uncertainty.insertion import STATIC_COVARIANCE_TOPIC
-from tf_tree_py.command import signals
 from tf_tree_py.command.endings import Cannot
 from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.messages.observers import Endpoint, Observer
@@ -31,6 +29,7 @@ from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
 from tf_tree_py.ros.topics.side_topics import CovarianceListener, SideTopics
 
 from .missing import hint_of
+from .source import note_switches, TreeInput
 
 # How much later than the first transforms static covariances may arrive; the period of checks.
 _MOMENT_S = 1.0
@@ -41,12 +40,14 @@ SETTLED_S = 4.0
 _MOST_REASONS = 4
 
 
-class LiveTree:
+class LiveTree(TreeInput):
     """
-    A buffer that receives a running system's transforms; see ``tree_input.TreeInput``.
+    A buffer that receives a running system's transforms; see ``TreeInput``.
 
     :ivar node: the tool's node, with a hidden name; it is not spun.
     """
+
+    buffer: Buffer
 
     def __init__(self, arguments: Namespace, name: str, observers: Sequence[Observer], *,
                  cache_time: int | None = None) -> None:
@@ -77,16 +78,15 @@ class LiveTree:
         self._listener = TransformListener(
             self.buffer, self.node, tf_topic=moving, tf_static_topic=fixed)
         self._diagnostics = SideTopics(self, self.node, 'diagnostics_impl')
-        self._diagnostics.subscribe(DiagnosticArray, DIAGNOSTICS_TOPIC,
-                                    partial(_hear, SwitchReports(), self.buffer), sensor_qos())
+        reports = SwitchReports()
+        self._diagnostics.subscribe(
+            DiagnosticArray, DIAGNOSTICS_TOPIC,
+            lambda message: note_switches(reports, message.status, self.buffer), sensor_qos())
         self._begin_s = time.monotonic()
         self.name = ' and '.join(self._topics)
-        self.now = self.buffer.now
 
-    def __enter__(self) -> 'LiveTree':
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Stop listening, and destroy the node."""
         self._listener.close()
         self._covariances.close()
         self._diagnostics.close()
@@ -101,10 +101,9 @@ class LiveTree:
             try_shutdown()
             raise Cannot(f'{topic!r} is not a valid topic name: {_sentence(error)}') from error
 
-    def watch(self, seconds: float | None) -> bool:
-        """Let transforms arrive, in the listener's thread."""
-        signals.wait(seconds)
-        return True
+    def now(self) -> int:
+        """Return the time by the node's clock."""
+        return self.buffer.now()
 
     def await_covariances(self) -> None:
         """Wait a moment for those of static edges, if the graph shows a publisher of any."""
@@ -142,18 +141,6 @@ class LiveTree:
             return f'does any node publish there with the same ROS_DOMAIN_ID, which is {domain}?'
         return ('no node publishes tf2_msgs/msg/TFMessage on any topic. Do the nodes run, on this '
                 f'network and with the ROS_DOMAIN_ID {domain}, as this tool does?')
-
-    def damage(self) -> list[str]:
-        """Return nothing: observers are notified of unreadable messages."""
-        return []
-
-
-def _hear(reports: SwitchReports, buffer: Buffer, message: DiagnosticArray) -> None:
-    """Notify observers of the states that another buffer reports of its sources."""
-    for status in message.status:
-        for incident in reports.news(
-                status.name, {pair.key: pair.value for pair in status.values}):
-            buffer.intake.refuse(incident)
 
 
 def _sentence(error: Exception) -> str:

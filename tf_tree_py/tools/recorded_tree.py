@@ -21,8 +21,9 @@ from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
+
+from .connection import note_switches, TreeInput
 
 _CLOCK = '/clock'
 # The number of messages between two updates of the progress bar.
@@ -30,8 +31,8 @@ _STRIDE = 500
 _TF_TOPIC, _TF_STATIC_TOPIC = '/tf', '/tf_static'
 
 
-class RecordedTree:
-    """A buffer that a bag is read into, at full speed; see ``tree_input.TreeInput``."""
+class RecordedTree(TreeInput):
+    """A buffer that a bag is read into, at full speed; see ``TreeInput``."""
 
     hint = 'its transform topics contain no messages'
 
@@ -63,10 +64,8 @@ class RecordedTree:
         # The end of the last period that was watched, by the time of receiving.
         self._end: int | None = None
 
-    def __enter__(self) -> 'RecordedTree':
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Close the bag."""
         self._bag.close()
 
     def watch(self, seconds: float | None) -> bool:
@@ -90,17 +89,10 @@ class RecordedTree:
                 return True
         return False
 
-    def await_covariances(self) -> None:
-        """Return at once: they were read when the recording was opened."""
-
     def endpoints(self) -> list[Endpoint]:
         """Return the publishers, as far as the bag contains them."""
         return [Endpoint(each.topic, each.static, each.publisher, True, each.reliable,
                          not each.volatile) for each in self._bag.connections]
-
-    def graph(self) -> RosGraph:
-        """Return nothing: a recording has no graph."""
-        return NO_GRAPH
 
     def now(self) -> int:
         """Return the time when the last message was received, by the clock of the stamps."""
@@ -128,10 +120,7 @@ class RecordedTree:
                 statuses = decode(arrival.connection, arrival.data).status
             except WireError:
                 continue  # an unreadable diagnostics message is not a fault of the transforms
-            for status in statuses:
-                values = {pair.key: pair.value for pair in status.values}
-                for incident in reports.news(status.name, values):
-                    self.buffer.intake.refuse(incident)
+            note_switches(reports, statuses, self.buffer)
 
     def _insert(self, arrival: RecordedMessage) -> None:
         self._now = self._time_of(arrival.received)

@@ -29,7 +29,8 @@ from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Ex
 from tf_tree_py.reports.plain_text import FORMS
 
 from .missing import Hint, hints_of_graph, Refusals
-from .tree_input import add_input, frame, nothing_arrived, open_input, stamp, TreeInput
+from .source import nothing_arrived, TreeInput
+from .tree_input import add_input, frame, open_input, stamp
 
 NAME = 'tf_echo'
 VERSION = 1

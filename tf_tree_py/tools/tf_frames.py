@@ -40,7 +40,8 @@ from tf_tree_py.reports.drawings import (
 from tf_tree_py.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 
 from .missing import hint_of
-from .tree_input import add_input, nothing_arrived, open_input, TreeInput
+from .source import nothing_arrived, TreeInput
+from .tree_input import add_input, open_input
 
 _PATIENCE_S = 60.0
 # Inches: a character of a name and of a remark, a row, a box, and the gap between two columns.
@@ -244,8 +245,7 @@ def _work(argv: Sequence[str], output: str = '') -> int:
     with open_input(arguments, NAME, [doctor], cache_time=doctor.limits.cache_time) as tree_input:
         with suppress(KeyboardInterrupt):
             tree_input.watch(arguments.seconds or (None if arguments.bag else _LIVE_S))
-        doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
-        findings = doctor.findings(tree_input.now())
+        findings = tree_input.findings(doctor)
         if not doctor.transforms:
             raise nothing_arrived(tree_input)
         silent = {(one.parent, one.child): one.silence or 0

@@ -28,7 +28,8 @@ from tf_tree_py.health.monitor import Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
 
 from .missing import Hint, hint_of, hints_of_graph
-from .tree_input import add_input, frame, nothing_arrived, open_input, TreeInput
+from .source import nothing_arrived, TreeInput
+from .tree_input import add_input, frame, open_input
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -112,7 +113,6 @@ def _looks(tree_input: TreeInput, doctor: Doctor, arguments: Namespace) -> Itera
     while True:
         tree_input.watch(arguments.period if live else arguments.seconds)
         now = time.monotonic()
-        doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
         yield _look(tree_input, doctor, monitor, arguments, now)
         if not live or (arguments.seconds and now - begin >= arguments.seconds):
             return
@@ -120,11 +120,10 @@ def _looks(tree_input: TreeInput, doctor: Doctor, arguments: Namespace) -> Itera
 
 def _look(tree_input: TreeInput, doctor: Doctor, monitor: Monitor, arguments: Namespace,
           now: float) -> TableContent:
-    at = tree_input.now()
-    findings = [one for one in doctor.findings(at) if one.severity is not Severity.NOTE]
-    rows, chain = _named(monitor.look(now, findings, at), tree_input), None
+    findings = [one for one in tree_input.findings(doctor) if one.severity is not Severity.NOTE]
+    rows, chain = _named(monitor.look(now, findings, tree_input.now()), tree_input), None
     if arguments.target:
-        chain = explain(tree_input.buffer, arguments.target, arguments.source, now=at)
+        chain = explain(tree_input.buffer, arguments.target, arguments.source, now=tree_input.now())
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]

@@ -35,7 +35,8 @@ from tf_tree_py.recording.flight_recorder import (
     TOO_SOON,
 )
 
-from .tree_input import add_input, frame, nothing_arrived, open_input, TreeInput
+from .source import nothing_arrived, TreeInput
+from .tree_input import add_input, frame, open_input
 
 # The time between two requests of one sender, seconds.
 _APART_S = 1.0

@@ -10,24 +10,23 @@ Only this file depends on which of them it is. Only a live system needs ROS.
 import argparse
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from decimal import Decimal
-from typing import Protocol
 
-from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import names, Parser
 from tf_tree_py.command.endings import Cannot, needs_ros
-from tf_tree_py.core.messages.observers import Endpoint, Observer
+from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import FOREVER, NANOSECONDS_PER_SECOND, UNLIMITED
-from tf_tree_py.health.ros_graph import RosGraph
+
+from .source import TreeInput
 
 _TOPICS = """\
 ROS remappings of topics and names: --ros-args -r /tf:=/robot1/tf, -r __ns:=/robot1"""
 
 
 def add_input(parser: Parser) -> None:
-    """Add the arguments for the input of a tool: see ``tree_input.TreeInput``."""
+    """Add the arguments for the input of a tool: see ``TreeInput``."""
     parser.epilog = f'{parser.epilog}\n\n{_TOPICS}'
     group = parser.add_argument_group('where the tree comes from')
     group.add_argument('--bag', metavar='PATH',
@@ -86,48 +85,6 @@ def stamp(text: str) -> int:
 
 # --- the input
 
-class TreeInput(Protocol):
-    """
-    What a tool reads its tree from.
-
-    :ivar name: its description, for people.
-    """
-
-    name: str
-
-    @property
-    def hint(self) -> str:
-        """Return what to check if nothing arrives."""
-
-    @property
-    def buffer(self) -> BufferCore:
-        """Return the tree; a recorded one fills while ``watch`` reads, a live one always."""
-
-    def watch(self, seconds: float | None) -> bool:
-        """
-        Receive transforms for so many seconds; of a recording, recorded ones.
-
-        :param seconds: None: to the end of the recording, or until Ctrl-C.
-        :return: whether more may arrive.
-        :raises KeyboardInterrupt: Ctrl-C.
-        """
-
-    def await_covariances(self) -> None:
-        """Wait a moment for those of static edges, if they are published."""
-
-    def endpoints(self) -> list[Endpoint]:
-        """Return the publishers and subscriptions of its topics, as far as they are known."""
-
-    def graph(self) -> RosGraph:
-        """Return what else the ROS graph shows; nothing without ROS."""
-
-    def now(self) -> int:
-        """Return the time by the clock of the arrivals, nanoseconds; 0: there is none yet."""
-
-    def damage(self) -> list[str]:
-        """Return the parts that cannot be read, one sentence each."""
-
-
 @contextmanager
 def open_input(arguments: Namespace, name: str, observers: Sequence[Observer] = (), *,
                cache_time: int = UNLIMITED, live_cache_time: int | None = None
@@ -150,7 +107,7 @@ def open_input(arguments: Namespace, name: str, observers: Sequence[Observer] = 
 
 
 def _opened(arguments: Namespace, name: str, observers: Sequence[Observer], cache_time: int,
-            live_cache_time: int | None) -> AbstractContextManager[TreeInput]:
+            live_cache_time: int | None) -> TreeInput:
     if arguments.bag is not None:
         from .recorded_tree import RecordedTree
         return RecordedTree(arguments, observers, cache_time)
@@ -163,9 +120,3 @@ def _opened(arguments: Namespace, name: str, observers: Sequence[Observer], cach
         raise needs_ros('a live tree ', error, '; without ROS, --bag PATH reads a recording, '
                         'and --fleet ROUTER receives from robots') from error
     return LiveTree(arguments, name, observers, cache_time=live_cache_time)
-
-
-def nothing_arrived(tree_input: TreeInput) -> Cannot:
-    """Return the error for an input without any transform."""
-    damage = ''.join(f'; {sentence}' for sentence in tree_input.damage())
-    return Cannot(f'no transform arrived from {tree_input.name}{damage or f": {tree_input.hint}"}')

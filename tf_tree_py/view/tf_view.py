@@ -6,6 +6,7 @@
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
 from contextlib import closing, suppress
+from functools import partial
 from pathlib import Path
 import re
 import secrets
@@ -16,9 +17,9 @@ from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs
 from tf_tree_py.core.stamp import UNLIMITED
-from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.tools.tree_input import add_input, open_input, TreeInput
+from tf_tree_py.tools.source import TreeInput
+from tf_tree_py.tools.tree_input import add_input, open_input
 from tf_tree_py.urdf import DescriptionError, Robot
 
 from .model.finding_time import IncidentLog
@@ -121,15 +122,11 @@ def _sensors(arguments: Namespace, tree_input: TreeInput, subject: Subject) -> S
 
 
 def _subject(arguments: Namespace, tree_input: TreeInput, doctor: Doctor) -> Subject:
-    def diagnose() -> Sequence[Finding]:
-        doctor.endpoints, doctor.graph = tree_input.endpoints(), tree_input.graph()
-        return doctor.findings(tree_input.now())
-
     name = tree_input.name
     if arguments.bag is not None:
         name = Path(name).name or name
-    return Subject(tree_input.buffer, arguments.bag is None, tree_input.now, diagnose,
-                   fixed_frame=arguments.fixed_frame, name=name,
+    return Subject(tree_input.buffer, arguments.bag is None, tree_input.now,
+                   partial(tree_input.findings, doctor), fixed_frame=arguments.fixed_frame, name=name,
                    left_behind=Remembered(doctor.left_behind))
 
 
