@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 import sys
 
-from tf_tree_py.labs.pictures import NoPicture
+from tf_tree_py.labs.report import NoPicture
 from tf_tree_py.labs.tf_lab import progress
 
 from . import trial

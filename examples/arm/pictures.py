@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from PIL import Image as Picture, ImageDraw, ImageFont
 from tf_tree_py.core import as_seconds, Pose
-from tf_tree_py.labs.pictures import GREY, save, STYLES
+from tf_tree_py.labs.report import GREY, save, STYLES
 
 from .image import Image, project
 from .pick_and_place import LATENCY

@@ -9,7 +9,7 @@ import resource
 from lab_reports import report_of
 import pytest
 from tf_tree_py.labs.catalogue import LABS
-from tf_tree_py.labs.pictures import figure_of, NoPicture, save
+from tf_tree_py.labs.report import figure_of, NoPicture, save
 
 pytest.importorskip('matplotlib')
 

@@ -11,9 +11,8 @@ import sys
 from lab_reports import report_of
 from programs import completed, PATIENCE_S
 import pytest
-from tf_tree_py.labs import pictures
 from tf_tree_py.labs.catalogue import LABS
-from tf_tree_py.labs.report import Column, Report, Table
+from tf_tree_py.labs.report import Column, Report, save, Table
 from tf_tree_py.labs.tf_lab import main
 
 ALL = ['order', 'direction', 'planar', 'latency', 'interpolation', 'warehouse', 'startup',
@@ -83,7 +82,7 @@ def test_json_draws_where_it_is_told_to(tf_lab, capsys, tmp_path):
 
 def test_picture_is_the_same_every_time(tmp_path):
     pytest.importorskip('matplotlib')
-    first, again = ([path.read_bytes() for path in pictures.save(
+    first, again = ([path.read_bytes() for path in save(
         report_of('order').draw, tmp_path, 'order')] for _ in range(2))
     assert first == again
     assert not re.search(rb'\d\d:\d\d:\d\d|Matplotlib v', first[1])

@@ -18,8 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import Axes, Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = '300 ms late: naive 9 m jumps, anchored 1.4 cm off and no jump'
 

@@ -14,8 +14,7 @@ from tf_tree_py.core import from_seconds, Pose, se3, UNLIMITED
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.times import Stamps
 
-from .pictures import Figure, STYLES
-from .report import Column, Report, Table
+from .report import Column, Figure, Report, STYLES, Table
 
 SUMMARY = 'pallets land off while the forklift moves: the mounting, or the stamps?'
 

@@ -18,8 +18,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import Axes, Figure, GREY, name_ticks, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, name_ticks, Report, STYLES, Table
 
 SUMMARY = 'a spline knows between poses what lerp and slerp cut off; at a jump it rings'
 

@@ -13,8 +13,7 @@ from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import Axes, Figure, GREY, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, Report, STYLES, Table
 
 SUMMARY = "two nodes each claim to be the other's parent: who finds out, and when"
 

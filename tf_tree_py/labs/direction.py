@@ -15,8 +15,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import Axes, Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = 'the way back is the inverse, not the transpose; "is it in front of me?"'
 

@@ -15,8 +15,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 
-from .pictures import Axes, Figure, GREY, name_ticks, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, name_ticks, Report, STYLES, Table
 
 SUMMARY = 'a shaken camera, poses at 20 Hz: 0.16 rad off, with a gyroscope 0.0001'
 

@@ -15,8 +15,7 @@ from tf_tree_py.core.geometry.se3 import distance_many
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .latency import Motion, pose_at
-from .pictures import Axes, Figure, GREY, name_ticks, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, name_ticks, note, Report, STYLES, Table
 
 SUMMARY = 'between samples a curve is cut by a T^2/8; a jump invents poses'
 

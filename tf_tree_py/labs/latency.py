@@ -14,8 +14,7 @@ from tf_tree_py.core import LATEST, Pose, TransformException
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.screws import exp
 
-from .pictures import Axes, Figure, GREY, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, Report, STYLES, Table
 
 SUMMARY = "a late lookup is wrong by speed times delay; the header's stamp is not"
 

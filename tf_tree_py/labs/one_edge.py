@@ -16,9 +16,8 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.urdf import Robot
 
-from .pictures import Axes, Figure, GREY, note, STYLES
 from .remount import moving, SENSORS
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = 'one line of a URDF is edited: which of 1,482 composed lookups change'
 

@@ -13,8 +13,7 @@ import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose
 
-from .pictures import Axes, Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = 'first turn, then go is not first go, then turn; what hides it'
 

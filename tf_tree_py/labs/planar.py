@@ -19,8 +19,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.stamp import from_seconds
 
-from .pictures import Axes, Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 PlanarTuple = tuple[float, float, float]
 

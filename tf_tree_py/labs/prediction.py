@@ -13,8 +13,7 @@ from tf_tree_py.core import FutureExtrapolationException, Pose
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
 from .coverage import by_robot
-from .pictures import Axes, Figure, GREY, name_ticks, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, name_ticks, Report, STYLES, Table
 
 SUMMARY = 'beyond the newest data: how far off, and whether the covariance knows it'
 

@@ -16,8 +16,7 @@ from tf_tree_py.core.geometry.se3 import distance
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.tree.queries import Queries
 
-from .pictures import Axes, Figure, GREY, name_ticks, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, name_ticks, note, Report, STYLES, Table
 
 SUMMARY = 'one camera is remounted: 456 hard-coded places against one edge'
 

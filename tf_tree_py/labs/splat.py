@@ -29,8 +29,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
-from .pictures import Figure, STYLES
-from .report import Column, Report, Table
+from .report import Column, Figure, Report, STYLES, Table
 
 WIDTH, HEIGHT = 48, 36
 _FOCAL = 36.0

@@ -14,8 +14,7 @@ import numpy as np
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.core import LATEST, Pose, TransformException
 
-from .pictures import Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = 'lookups at startup, with and without a timeout: who fails, and how long'
 

@@ -13,8 +13,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.wire import WireReader, write
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 
-from .pictures import Axes, Figure, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, Report, STYLES, Table
 
 SUMMARY = 'a calibration sent at 100 Hz, or once: bytes, CPU, and when its sender dies'
 

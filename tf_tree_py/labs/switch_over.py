@@ -15,8 +15,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .pictures import Axes, Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = 'wheels slip, a camera takes over: 40 cm in one step, or 0.3 m/s'
 

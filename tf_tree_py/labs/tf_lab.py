@@ -21,8 +21,7 @@ from tf_tree_py.command.arguments import Parser, print_json
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs_ros
 from tf_tree_py.reports.plain_text import as_lines
 
-from .pictures import NoPicture, save
-from .report import Report
+from .report import NoPicture, Report, save
 
 if TYPE_CHECKING:
     from .catalogue import Lab

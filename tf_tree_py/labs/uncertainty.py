@@ -14,8 +14,7 @@ from tf_tree_py.core import LATEST, Pose
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array
 
-from .pictures import Axes, Figure, GREY, name_ticks, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, name_ticks, note, Report, STYLES, Table
 
 SUMMARY = 'one degree of mounting error is 9 cm at 5 m; which edge an error comes from'
 

@@ -15,8 +15,7 @@ from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.reports.audit import LookupAudit
 from tf_tree_py.screws import exp
 
-from .pictures import Axes, Figure, GREY, note, STYLES
-from .report import Column, Report, Table
+from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
 SUMMARY = 'a forklift is right when it stands and wrong when it moves; whose line?'
 

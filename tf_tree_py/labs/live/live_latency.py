@@ -23,8 +23,7 @@ from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, Transf
 
 from .live_session import listening, session, ticks
 from ..latency import BASE_T_CAMERA, DELAYS, PERIOD, pose_at, SPEEDS
-from ..pictures import Figure, STYLES
-from ..report import Column, Report, Table
+from ..report import Column, Figure, Report, STYLES, Table
 
 _IMAGES = 30
 _PATIENCE = Duration(seconds=10)
