@@ -19,8 +19,7 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.text import known_names
 from tf_tree_py.core.times import checked_stamp, Stamps
 
-from .joints import FIXED, followers
-from .motion import Motion
+from .joints import FIXED, followers, Motion
 from .robot import Robot
 from .robot_xml import listed, quoted
 

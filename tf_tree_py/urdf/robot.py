@@ -17,8 +17,7 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.text import known_names, nearest
 
-from .joints import check_mimics, FIXED, followers, Joint, joint_of
-from .motion import Motion
+from .joints import check_mimics, FIXED, followers, Joint, joint_of, Motion
 from .robot_xml import Element, listed, Place, quoted, read, without_space_before
 from .visuals import materials_of, Visual, visuals_of
 from .xacro_files import description_of
