@@ -30,7 +30,7 @@ from .keys import (
     topic_of_token,
 )
 from .reception import Reception
-from .requests import Requests
+from .requests import Requests, Subscriptions
 from .roster import FleetRobot, Presence, Roster
 from .session import (
     CLOSE_S,
@@ -42,7 +42,6 @@ from .session import (
     PathLike,
     refuse_larger,
 )
-from .subscriptions import Subscriptions
 from .transform_decoder import Inbox, RobotPlace, TransformDecoder
 from .trust import checked_shared, names_below, RobotQuota
 

@@ -20,7 +20,7 @@ from tf_tree_py.core.text import shorten
 from tf_tree_py.limited_log import LimitedLog
 
 from .keys import Topic
-from .requests import Gap, Request
+from .requests import Gap, Request, sender_of
 from .roster import Roster, Sender
 from .session import needs_zenoh
 from .transform_decoder import FleetMessage, Inbox
@@ -160,8 +160,3 @@ def _sending(sample: 'zenoh.Sample') -> Sending:
     if found is None:
         return Sending(sent)
     return found._replace(sent=sent) if sent else found
-
-
-def sender_of(publisher: 'zenoh.EntityGlobalId') -> Sender:
-    """Return the sender that a publisher is."""
-    return str(publisher.zid), publisher.eid
