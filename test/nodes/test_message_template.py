@@ -10,7 +10,7 @@ from strategies import random_poses
 from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
-from tf_tree_py.nodes.message_template import MessageTemplate
+from tf_tree_py.nodes.robot_frames import MessageTemplate
 
 names = st.text(max_size=9)
 
