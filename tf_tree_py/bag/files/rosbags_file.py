@@ -49,8 +49,7 @@ from .connections import (
     unpacked_limit,
     VARIABLE,
 )
-from .plain_file import PlainFile
-from .unpacking import Decompressor, zstd
+from .unpacking import Decompressor, PlainFile, zstd
 
 
 def limit_chunks(reader: rosbag1.Reader) -> None:
