@@ -31,8 +31,7 @@ from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.core.messages.sample import Sample
-from tf_tree_py.view.sensors.readings import Reading
-from tf_tree_py.view.sensors.sensors import Sensors
+from tf_tree_py.view.sensors.readings import Reading, Sensors
 from tf_tree_py.view.serving import RATE_HZ, Serving
 from tf_tree_py.view.subject import Subject
 import viser

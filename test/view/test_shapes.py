@@ -6,8 +6,7 @@
 import numpy as np
 import pytest
 from tf_tree_py.urdf import Robot
-from tf_tree_py.view.robot.mesh_files import mesh_file
-from tf_tree_py.view.robot.shapes import shapes_of
+from tf_tree_py.view.robot.shapes import mesh_file, shapes_of
 
 trimesh = pytest.importorskip('trimesh', reason='meshes need trimesh')
 

@@ -11,11 +11,11 @@ import time
 from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.health.checks.finding import Finding
 
-from .model.finding_time import IncidentLog
 from .model.moment import LeftBehind
+from .model.playhead import IncidentLog
 from .robot.resting_robot import RestingRobot
 from .robot.shapes import LinkShape
-from .sensors.sensors import Sensors
+from .sensors.readings import Sensors
 
 # A check takes longer than a picture. All pages share its findings.
 _EVERY_S = 2.0

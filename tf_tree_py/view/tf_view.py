@@ -22,12 +22,12 @@ from tf_tree_py.tools.source import TreeInput
 from tf_tree_py.tools.tree_input import add_input, open_input
 from tf_tree_py.urdf import DescriptionError, Robot
 
-from .model.finding_time import IncidentLog
 from .model.moment import Remembered
+from .model.playhead import IncidentLog
 from .robot.resting_robot import RestingRobot
 from .robot.shapes import shapes_of
+from .sensors.readings import Sensors
 from .sensors.recorded_sensors import RecordedSensors
-from .sensors.sensors import Sensors
 from .subject import Subject
 
 NAME = 'tf_view'

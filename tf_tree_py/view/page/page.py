@@ -15,21 +15,18 @@ from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.limited_log import FailureLog
 from viser import ClientHandle
 
-from .address import Address
 from .browser import Browser
-from .controls import Controls
+from .controls import Address, Controls
 from .film import Film, film_stamps
 from .framing import CameraControl, Framing
 from ..model.facts import facts
-from ..model.finding_time import time_of
 from ..model.listing import biggest_root
 from ..model.moment import Ellipsoid, ellipsoid, Moment, nothing, trail
-from ..model.playhead import Playhead
+from ..model.playhead import Playhead, time_of
 from ..panels.sensors_panel import SensorsPanel
+from ..scene.links import Seen
 from ..scene.scene import Appearance, Scene
-from ..scene.sensor_points import Seen
-from ..sensors.readings import Pixels, placed, Reading
-from ..sensors.sensors import Sensors
+from ..sensors.readings import Pixels, placed, Reading, Sensors
 from ..subject import Subject
 
 # The number of messages that make up a trail, such as that of an odometry.

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from . import markup
 from .control_events import Apply, GuiApi, when_changed
-from ..sensors.sensors import Sensors
+from ..sensors.readings import Sensors
 
 _NONE: Final = 'no topic with scans, clouds, paths, poses, odometry, detections or images'
 

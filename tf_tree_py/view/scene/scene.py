@@ -17,8 +17,7 @@ import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 
 from .labels import Labels
-from .links import Links
-from .sensor_points import Seen, SensorPoints
+from .links import Links, Seen, SensorPoints
 from ..framing.camera import Camera, lengths_on_screen
 from ..model import colours
 from ..model.moment import Ellipsoid, Moment

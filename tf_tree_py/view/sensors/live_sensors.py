@@ -16,8 +16,7 @@ from std_msgs.msg import String
 from tf_tree_py.ros.topics.qos import sensor_qos, static_listener_qos
 from tf_tree_py.ros.topics.side_topics import SideTopics
 
-from .readings import is_known, Reading, reading_of
-from .sensors import Recent, Sensors
+from .readings import is_known, Reading, reading_of, Recent, Sensors
 
 _KEPT = 300
 _DESCRIBED = 'robot_description'

@@ -2,16 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Sensor messages as points in a frame at a stamp, and camera images as RGB pixels.
+Sensor messages as points in a frame at a stamp, and camera images as RGB pixels; their source.
 
 A message is an object of rclpy or of rosbags; both have the same fields. Readings are transformed
 to the fixed frame, each point at the stamp at which it was measured. Images are small enough for
 the controls of a page.
 """
 
+from bisect import bisect_right
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 import io
+import threading
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -258,3 +261,59 @@ def _deskewed(tree: AllQueries, fixed_frame: str, frame: str, reading: Reading) 
     poses, measured = poses[places], valid[places]
     points: Array = so3.rotate_many(poses[:, 3:], reading.points) + poses[:, :3]
     return points[measured]
+
+
+# --- the source
+
+class Sensors:
+    """
+    Sensor messages. Only topics that a page wants are read.
+
+    This one has no topics; those of a bag and of a running system derive from it.
+    """
+
+    def topics(self) -> list[str]:
+        """Return the topics whose messages can be shown."""
+        return []
+
+    def want(self, topic: str, reader: object) -> None:
+        """Start reading a topic for a reader."""
+
+    def release(self, topic: str, reader: object) -> None:
+        """Stop reading a topic for a reader."""
+
+    def reading(self, topic: str, stamp: int) -> Reading | None:
+        """Return the newest reading of a topic that is not later than a stamp, if any."""
+        return next(iter(self.trail(topic, stamp, 1)), None)
+
+    def trail(self, topic: str, stamp: int, most: int) -> list[Reading]:
+        """Return the last readings of a topic that are not later than a stamp, oldest first."""
+        return []
+
+    def close(self) -> None:
+        """Stop reading all topics."""
+
+
+class Recent:
+    """The last readings of one subscription."""
+
+    def __init__(self, most: int) -> None:
+        """
+        Begin without readings.
+
+        :param most: the number of readings to keep.
+        """
+        self._lock = threading.Lock()
+        self._kept: deque[Reading] = deque(maxlen=most)
+
+    def add(self, reading: Reading) -> None:
+        """Add a reading."""
+        with self._lock:
+            self._kept.append(reading)
+
+    def until(self, stamp: int, most: int) -> list[Reading]:
+        """Return the last readings that are not later than a stamp, oldest first."""
+        with self._lock:
+            kept = sorted(self._kept, key=lambda reading: reading.stamp)
+        end = bisect_right(kept, stamp, key=lambda reading: reading.stamp)
+        return kept[max(end - most, 0):end]

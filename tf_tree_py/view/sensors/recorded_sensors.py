@@ -16,8 +16,7 @@ from tf_tree_py.bag.files.ros1_bytes import cursor_of
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.times import Stamps
 
-from .readings import is_known, Reading, reading_of
-from .sensors import Sensors
+from .readings import is_known, Reading, reading_of, Sensors
 
 # Messages stay in memory as bytes. Of a topic with more bytes, only every second message is kept,
 # or every fourth, and so on.
