@@ -26,7 +26,7 @@ from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened  # noq
 from tf_tree_py.reports.audit import LookupAudit  # noqa: E402
 from tf_tree_py.thinning import MovingSender, StaticSender, Thinner  # noqa: E402
 from tf_tree_py.tools.missing import Refusals  # noqa: E402
-from tf_tree_py.view.model.finding_time import IncidentLog as IncidentTimes  # noqa: E402
+from tf_tree_py.view.model.playhead import IncidentLog as IncidentTimes  # noqa: E402
 
 
 def observed(folder):

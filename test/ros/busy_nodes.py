@@ -43,7 +43,7 @@ from tf_tree_py.core.buffer.waiting import WallDeadline  # noqa: E402
 from tf_tree_py.health.doctor import Doctor  # noqa: E402
 from tf_tree_py.ros.filtering import losses  # noqa: E402
 from tf_tree_py.tools.missing import Refusals  # noqa: E402
-from tf_tree_py.view.model.finding_time import IncidentLog  # noqa: E402
+from tf_tree_py.view.model.playhead import IncidentLog  # noqa: E402
 
 
 class Spinning:
