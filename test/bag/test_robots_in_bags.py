@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from tf_tree_py.bag import BagError, BagWarning, open_bag
-from tf_tree_py.bag.files.joint_states import JointStateReader
+from tf_tree_py.bag.opening import JointStateReader
 from tf_tree_py.core import Pose
 from tf_tree_py.urdf import DescriptionError, Robot
 

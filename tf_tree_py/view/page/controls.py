@@ -24,8 +24,7 @@ from ..model.playhead import Playhead
 from ..panels.appearance_panel import AppearancePanel, JointsPanel, ViewButtons
 from ..panels.control_events import Apply, GuiApi
 from ..panels.frames_panel import ChosenPanel, FindingsPanel, FramesPanel
-from ..panels.motion_panel import MotionPanel
-from ..panels.sensors_panel import PicturesPanel, SensorsPanel
+from ..panels.sensors_panel import MotionPanel, PicturesPanel, SensorsPanel
 from ..panels.timeline import Timeline
 from ..scene.scene import Appearance
 from ..subject import Subject
