@@ -3,7 +3,8 @@
 
 """The end of a program: exit statuses, Ctrl-C, closed pipes, and errors in one sentence."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 import importlib
 import os
 import sys
@@ -28,6 +29,32 @@ class Cannot(Exception):
 
     def __init__(self, sentence: str) -> None:
         super().__init__(' '.join(sentence.splitlines()))
+
+
+@contextmanager
+def cannot_after(*errors: type[Exception], kind: type[Cannot] = Cannot) -> Iterator[None]:
+    """
+    Raise ``Cannot`` instead of errors whose texts are sentences for users.
+
+    :param kind: a subclass of it.
+    """
+    try:
+        yield
+    except errors as error:
+        raise kind(str(error)) from error
+
+
+@contextmanager
+def cannot_be(done: str, path: object) -> Iterator[None]:
+    """
+    Raise ``Cannot`` instead of an ``OSError``, with its reason.
+
+    :param done: what cannot be done with the file, such as ``written``.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise Cannot(f'{path} cannot be {done}: {error.strerror}') from error
 
 
 def run(name: str, work: Callable[[list[str]], int], argv: Sequence[str] | None = None,

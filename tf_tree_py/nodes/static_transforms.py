@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from tf_tree_py.beyond.uncertainty.covariances import checked_covariance
 from tf_tree_py.buffer_core import BufferCore
+from tf_tree_py.command.endings import cannot_after
 from tf_tree_py.core import InvalidArgumentException, LATEST, Pose
 from tf_tree_py.core.geometry.so3 import Array
 
@@ -102,10 +103,8 @@ def _covariance(value: object) -> Array | None:
         raise BadInput(f'the covariance is {value!r:.60}; it must be a list of six variances, '
                        'or of 36 numbers')
     numbers = np.array([_number('a number of the covariance', number) for number in value])
-    try:
+    with cannot_after(InvalidArgumentException, kind=BadInput):
         return checked_covariance(np.diag(numbers) if len(numbers) == 6 else numbers)
-    except InvalidArgumentException as error:
-        raise BadInput(str(error)) from error
 
 
 def from_yaml(path: str) -> list[StaticTransform]:

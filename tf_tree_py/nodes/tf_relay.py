@@ -18,6 +18,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.endings import cannot_after
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.observers import Observer, ReceivedMessage
 from tf_tree_py.core.messages.sample import Sample
@@ -127,11 +128,9 @@ def uplink(node: Node, values: Values) -> Uplink:
     if not robot:
         raise BadInput('the name of this robot is missing: give --robot NAME, or run in its '
                        'namespace (--ros-args -r __ns:=/robot1)')
-    try:
+    with cannot_after(FleetError, kind=BadInput):
         return Uplink(values['zenoh'] or None, robot, config=values['zenoh_config'] or None,
                       key_prefix=values['key_prefix'])
-    except FleetError as error:
-        raise BadInput(str(error)) from error
 
 
 class FleetInput(Observer):
@@ -146,12 +145,10 @@ class FleetInput(Observer):
         self._moving, self._static = moving, static
         shared: Collection[str] = values['shared_frames'] or ['map']
         self._shared = frozenset(shared)
-        try:
+        with cannot_after(FleetError, kind=BadInput):
             self._listener = FleetListener(
                 values['from_zenoh'], values['robots'].split(','), shared_frames=shared,
                 config=values['zenoh_config'] or None, key_prefix=values['key_prefix'])
-        except FleetError as error:
-            raise BadInput(str(error)) from error
         self._listener.buffer.observers.add(self)
         self.name = self._listener.name
 

@@ -24,6 +24,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf_tree_py.command.arguments import Parser
+from tf_tree_py.command.endings import cannot_after
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.ros.messages.convert import as_nanoseconds
@@ -208,10 +209,8 @@ class UrdfBroadcaster(ClosingNode):
                 "Command(['cat ', FILE]) or Command(['xacro ', FILE])")
         read = self._read if self._read is not None and self._read.text == text else None
         text_name = f'parameter {_DESCRIBED}' if read is None else str(read.files[0])
-        try:
+        with cannot_after(DescriptionError, kind=BadInput):
             return Robot.parse(text, text_name, None if read is None else read.places)
-        except DescriptionError as error:
-            raise BadInput(str(error)) from error
 
     def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         """Check whether parameters can be set to new values."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import logging
 import time
 
-from tf_tree_py.command.endings import Cannot
+from tf_tree_py.command.endings import cannot_after
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.text import shorten
 from tf_tree_py.fleet import FleetError, FleetListener
@@ -28,12 +28,10 @@ class FleetTree(TreeInput):
 
         :raises Cannot: Zenoh is not installed, or an argument is invalid.
         """
-        try:
+        with cannot_after(FleetError):
             self._listener = FleetListener(
                 arguments.fleet, arguments.robots, config=arguments.fleet_config,
                 shared_frames=arguments.shared_frames, observers=observers)
-        except FleetError as error:
-            raise Cannot(str(error)) from error
         # The tool reports incidents itself; the log only has to report a lost connection.
         self._log = logging.getLogger('tf_tree_py.fleet.incidents')
         self._level = self._log.level

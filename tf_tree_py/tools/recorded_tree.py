@@ -16,7 +16,7 @@ from tf_tree_py.bag.opening import no_transforms
 from tf_tree_py.bag.progress import progress_bar
 from tf_tree_py.beyond.uncertainty.insertion import insert_estimate
 from tf_tree_py.buffer_core import BufferCore
-from tf_tree_py.command.endings import Cannot
+from tf_tree_py.command.endings import Cannot, cannot_after
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessage
@@ -44,10 +44,8 @@ class RecordedTree(TreeInput):
         :raises Cannot: it cannot be read, or holds no transforms.
         """
         self.name = str(arguments.bag)
-        try:
+        with cannot_after(BagError, OSError):
             self._bag = Bag(arguments.bag, topics_of(arguments))
-        except (BagError, OSError) as error:
-            raise Cannot(str(error)) from error
         if not self._bag.connections:
             sentence = no_transforms(self._bag)
             self._bag.close()

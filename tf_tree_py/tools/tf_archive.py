@@ -22,7 +22,7 @@ from tf_tree_py.command.arguments import (
     styled,
     table,
 )
-from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
+from tf_tree_py.command.endings import cannot_be, entry_point, FINE, FOUND, needs
 from tf_tree_py.files.whole_files import write_whole
 
 from .archive.jobs import BagPath, bags_in, exported, Job, Ledger, reported, Row
@@ -150,12 +150,10 @@ def _write(arguments: Namespace, rows: Sequence[Row]) -> None:
     title = f'{NAME} {arguments.verb}'
     page = index_page(title, rows, [name for name in columns_of(rows) if name != 'file'],
                       summary(rows))
-    try:
+    with cannot_be('written', arguments.output):
         for name, data in (('table.csv', as_csv(rows)), ('table.json', as_json(rows)),
                            ('index.html', page)):
             write_whole(arguments.output / name, [data])
-    except OSError as error:
-        raise Cannot(f'{arguments.output} cannot be written: {error.strerror}') from error
 
 
 def _tell(arguments: Namespace, rows: Sequence[Row], known: int) -> None:

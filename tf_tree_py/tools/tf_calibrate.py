@@ -22,7 +22,7 @@ from tf_tree_py.calibration import (
 )
 from tf_tree_py.calibration.chain import check_edges, Tree
 from tf_tree_py.command.arguments import add_number, Parser, print_json, shown
-from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
+from tf_tree_py.command.endings import cannot_after, cannot_be, entry_point, FINE, FOUND
 from tf_tree_py.core import TransformException, UNLIMITED
 from tf_tree_py.files.whole_files import write_whole
 
@@ -108,10 +108,8 @@ def _work(argv: Sequence[str]) -> int:
         parser.error('--fleet sends no observations: use --bag PATH, or a live system')
     if arguments.bag and arguments.seconds:
         parser.error('--seconds is for a live system, and --bag reads all of a recording')
-    try:
+    with cannot_after(BagError, CalibrationError, TransformException):
         found = _recorded(arguments) if arguments.bag else _live(arguments)
-    except (BagError, CalibrationError, TransformException) as error:
-        raise Cannot(str(error)) from error
     _give(found, arguments)
     return FINE if found.verdict is Verdict.NOTHING else FOUND
 
@@ -168,16 +166,10 @@ def _write(found: Calibration, report: dict[str, object], path: Path) -> None:
               f'{found.contradiction.what}', file=sys.stderr)
         return
     else:
-        _write_text(path, json.dumps(report, indent=2) + '\n' if path.suffix == '.json'
-                    else as_yaml(found))
+        text = json.dumps(report, indent=2) + '\n' if path.suffix == '.json' else as_yaml(found)
+        with cannot_be('written', path):
+            write_whole(path, [text.encode()])
     print(f'{NAME}: wrote {path}', file=sys.stderr)
-
-
-def _write_text(path: Path, text: str) -> None:
-    try:
-        write_whole(path, [text.encode()])
-    except OSError as error:
-        raise Cannot(f'{path} cannot be written: {error.strerror}') from error
 
 
 def _write_urdf(found: Calibration, arguments: Namespace) -> None:

@@ -13,7 +13,7 @@ from tf_tree_py.bag.assembly.assembler import as_text
 from tf_tree_py.beyond.motion.trajectory import Trajectory
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser, print_json, shown
-from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
+from tf_tree_py.command.endings import cannot_after, cannot_be, entry_point, FINE, FOUND
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.files.whole_files import write_whole
 
@@ -64,12 +64,10 @@ def _work(argv: Sequence[str]) -> int:
     if arguments.output is None and (form in BINARY or arguments.json):
         parser.error(f'-o FILE is missing: with {"--json" if arguments.json else form}, '
                      'the poses cannot go to standard output')
-    try:
+    with cannot_after(BagError, TransformException):
         plan = planned(arguments)
         signals.raise_interrupts()
         taken, recording = plan.of(arguments.bag)
-    except (BagError, TransformException) as error:
-        raise Cannot(str(error)) from error
     _write(FORMATS[form](taken), arguments.output)
     if arguments.json:
         print_json(_report(taken, recording, arguments))
@@ -81,10 +79,8 @@ def _write(data: bytes, path: Path | None) -> None:
     if path is None:
         sys.stdout.buffer.write(data)
         return
-    try:
+    with cannot_be('written', path):
         write_whole(path, [data])
-    except OSError as error:
-        raise Cannot(f'{path} cannot be written: {error.strerror}') from error
 
 
 def _remark(taken: Trajectory, recording: Recording, arguments: Namespace) -> None:

@@ -15,7 +15,7 @@ import sys
 
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import Parser
-from tf_tree_py.command.endings import Cannot, entry_point, FINE, needs
+from tf_tree_py.command.endings import Cannot, cannot_after, entry_point, FINE, needs
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.tools.source import TreeInput
@@ -165,10 +165,8 @@ def _check_address(host: str, port: int | None) -> None:
 
 
 def _robot(path: Path) -> Robot:
-    try:
+    with cannot_after(DescriptionError, OSError):
         return Robot.load(path)
-    except (DescriptionError, OSError) as error:
-        raise Cannot(str(error)) from error
 
 
 def _show_robot(subject: Subject, robot: Robot, path: Path) -> None:

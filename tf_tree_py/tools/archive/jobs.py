@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 from tf_tree_py.bag import BagError
 from tf_tree_py.bag.files.discovery import INDEX, names_messages
-from tf_tree_py.command.endings import Cannot, needs
+from tf_tree_py.command.endings import Cannot, cannot_be, needs
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.stamp import format_stamp
 from tf_tree_py.files.whole_files import write_whole
@@ -254,11 +254,9 @@ class Ledger:
         """
         self.folder = folder
         self._job = hashlib.sha256(pickle.dumps((_VERSION, job))).hexdigest()
-        try:
+        with cannot_be('made', folder):
             for name in (_ROWS, _FILES):
                 Path(folder, name).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise Cannot(f'{folder} cannot be made: {error.strerror}') from error
 
     def finished(self, bag: BagPath) -> Row | None:
         """Return the row of a bag; None if it has to be read, for the first time or again."""

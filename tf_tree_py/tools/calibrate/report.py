@@ -24,7 +24,7 @@ from tf_tree_py.calibration import (
 from tf_tree_py.calibration.at_rest import NOT_AT_REST
 from tf_tree_py.calibration.observations import Array
 from tf_tree_py.command.arguments import console, fields, styled, table
-from tf_tree_py.command.endings import Cannot, needs
+from tf_tree_py.command.endings import cannot_be, needs
 
 SENTENCES = {
     Verdict.NOTHING: 'Nothing is wrong: no other mounting or time offset explains the '
@@ -214,10 +214,8 @@ def write_picture(found: Calibration, path: Path) -> None:
     figure = needs('matplotlib.figure', 'matplotlib').Figure(
         figsize=(9.0, 4.0), dpi=110, layout='constrained')
     draw(found, figure)
-    try:
+    with cannot_be('written', path):
         figure.savefig(path)
-    except OSError as error:
-        raise Cannot(f'{path} cannot be written: {error.strerror}') from error
 
 
 def draw(found: Calibration, figure: Any) -> None:

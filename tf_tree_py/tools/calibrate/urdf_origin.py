@@ -8,7 +8,7 @@ import re
 from typing import NamedTuple
 from xml.parsers import expat
 
-from tf_tree_py.command.endings import Cannot
+from tf_tree_py.command.endings import Cannot, cannot_be
 from tf_tree_py.core import Pose
 from tf_tree_py.files.whole_files import write_whole
 
@@ -42,10 +42,8 @@ def write_origin(path: Path, parent: str, child: str, pose: Pose) -> Change:
     :raises Cannot: the file or the joint does not exist, there are several such joints, the joint
         moves, or xacro or an entity provides the origin.
     """
-    try:
+    with cannot_be('read', path):
         data = path.read_bytes()
-    except OSError as error:
-        raise Cannot(f'{path} cannot be read: {error.strerror}') from error
     if b'\0' in data:
         raise Cannot(f'{path} is not UTF-8: convert it first (iconv -f UTF-16 -t UTF-8)')
     joint = _joint_of(path, data, parent, child)
@@ -57,11 +55,9 @@ def write_origin(path: Path, parent: str, child: str, pose: Pose) -> Change:
     after = _replaced(before, pose) if before else (
         indent + f'<origin {origin_of(pose)}/>'.encode())
     backup = _free_name(path)
-    try:
+    with cannot_be('written', path):
         write_whole(backup, [data])
         write_whole(path, [data[:begin] + after + data[end:]])
-    except OSError as error:
-        raise Cannot(f'{path} cannot be written: {error.strerror}') from error
     return Change(path, backup, _line(data, begin), before.decode(errors='replace').strip(),
                   after.decode(errors='replace').strip())
 
