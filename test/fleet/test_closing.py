@@ -78,7 +78,7 @@ sends.wait()
 # Its thread is in a call until a line arrives. The end waits longer than the test waits for it.
 IS_IN_A_CALL = f"""
 import atexit, os, threading
-from tf_tree_py.fleet import ending
+from tf_tree_py.fleet import session as ending
 ending.END_S = {4 * PATIENCE_S}
 begun = threading.Event()
 def call():
@@ -107,7 +107,7 @@ def call():
         print('called', flush=True)
 thread = threading.Thread(target=call, daemon=True)
 atexit.register(lambda: (late.set(), thread.join(), print('ended', flush=True)))
-from tf_tree_py.fleet import ending
+from tf_tree_py.fleet import session as ending
 ending.END_S = 0.1
 thread.start()
 """

@@ -8,11 +8,10 @@ The messages' bytes and the tree are handled by ``core``, and the network by Zen
 eclipse-zenoh``).
 """
 
-from .errors import FleetError
 from .listener import FleetListener
 from .robot_publisher import RobotPublisher
 from .roster import FleetRobot
-from .session import close_session, configuration, open_session
+from .session import close_session, configuration, FleetError, open_session
 from .trust import RobotQuota
 
 __all__ = [

@@ -20,8 +20,6 @@ from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 from tf_tree_py.limited_log import FailureLog, IncidentLog, LimitedLog
 
-from .ending import zenoh_call
-from .errors import FleetError
 from .keys import check_sender, key_of, Topic
 from .robot_publisher import DEFAULT_HISTORY, RobotPublisher
 from .session import (
@@ -30,10 +28,12 @@ from .session import (
     configuration,
     Connect,
     endpoints_of,
+    FleetError,
     needs_zenoh,
     PathLike,
     try_session,
     why_no_session,
+    zenoh_call,
 )
 
 if TYPE_CHECKING:

@@ -42,8 +42,8 @@ from collections.abc import Iterator
 import re
 from typing import NamedTuple
 
-from .errors import FleetError
 from .names import deception_in
+from .session import FleetError
 
 TF, TF_STATIC = 'tf', 'tf_static'
 TOKEN = '@tf_tree_py'

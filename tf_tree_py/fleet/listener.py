@@ -18,8 +18,6 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time
 
 from .connection import Connection, FleetLogs, log, WorkerThreads
-from .ending import zenoh_call
-from .errors import FleetError
 from .keys import (
     check_prefix,
     check_robot,
@@ -37,10 +35,12 @@ from .session import (
     configuration,
     Connect,
     endpoints_of,
+    FleetError,
     needs_zenoh,
     one_or_several,
     PathLike,
     refuse_larger,
+    zenoh_call,
 )
 from .transform_decoder import Inbox, RobotPlace, TransformDecoder
 from .trust import checked_shared, names_below, RobotQuota

@@ -17,9 +17,8 @@ from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.messages.sample import Sample
 from tf_tree_py.core.messages.wire import write
 
-from .ending import zenoh_call
 from .keys import check_sender, key_of, token_of, Topic
-from .session import end_soon, needs_zenoh
+from .session import end_soon, needs_zenoh, zenoh_call
 
 if TYPE_CHECKING:
     import zenoh

@@ -18,7 +18,7 @@ from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import Batch
 
-from .errors import FleetError
+from .session import FleetError
 
 
 def checked_shared(frames: Collection[str]) -> frozenset[str]:
