@@ -8,7 +8,7 @@ import pytest
 from serialized import serialize, serialize_ros1
 from tf_tree_py import BufferCore
 from tf_tree_py.bag.assembly.decoding import MessageBlock
-from tf_tree_py.bag.files.ros1_bytes import find_ros1_layout
+from tf_tree_py.bag.files.connections import find_ros1_layout
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.message_layout import find_layout
 from tf_tree_py.core.messages.observers import Observer, ReceivedMessage

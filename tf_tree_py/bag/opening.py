@@ -4,8 +4,12 @@
 """Read a bag into a buffer: its transforms, its joint states, and the stamps of other topics."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+import multiprocessing
 import os
 from pathlib import Path
+import sys
+from typing import TYPE_CHECKING
 
 import numpy as np
 from tf_tree_py.beyond.uncertainty.insertion import Covariances
@@ -35,10 +39,39 @@ from .assembly.assembler import Anomalies, Anomaly, as_text, Assembler, BagWarni
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder, prefixed, renames
 from .files.bag_reader import Bag, PathLike
-from .files.connections import Connection
+from .files.connections import cursor_of, Connection
 from .files.joint_states import JointStateReader
-from .files.ros1_bytes import cursor_of
-from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+@contextmanager
+def progress_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
+    """
+    Show how much of a bag, or how many bags, have been read.
+
+    :param total: how many messages, or bags, there are.
+    :return: a function to call with the number of messages or bags just read.
+    """
+    # A worker shares the terminal of its parent process, which shows the bar.
+    alone = multiprocessing.parent_process() is None
+    bar = _bar() if alone and sys.stderr.isatty() else None
+    if bar is None:
+        yield lambda _: None
+        return
+    with bar:
+        task = bar.add_task(title, total=total)
+        yield lambda read: bar.advance(task, read)
+
+
+def _bar() -> 'Progress | None':
+    try:
+        from rich.console import Console
+        from rich.progress import Progress
+    except ImportError:  # the bar is optional
+        return None
+    return Progress(console=Console(stderr=True), transient=True)
+
 
 JOINT_STATES = 'sensor_msgs/JointState'
 

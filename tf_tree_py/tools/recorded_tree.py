@@ -10,10 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 from tf_tree_py.bag import Bag, BagError, CovarianceTopics, Decoder, RecordedMessage
-from tf_tree_py.bag.files.connections import decode
-from tf_tree_py.bag.files.ros1_bytes import cursor_of
-from tf_tree_py.bag.opening import no_transforms
-from tf_tree_py.bag.progress import progress_bar
+from tf_tree_py.bag.files.connections import cursor_of, decode
+from tf_tree_py.bag.opening import no_transforms, progress_bar
 from tf_tree_py.beyond.uncertainty.insertion import insert_estimate
 from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.endings import Cannot, cannot_after

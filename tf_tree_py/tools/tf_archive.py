@@ -12,7 +12,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from tf_tree_py.bag.progress import progress_bar
+from tf_tree_py.bag.opening import progress_bar
 from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import (
     console,

@@ -33,8 +33,7 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
 
-from ..files.connections import Connection, RecordedMessage
-from ..files.ros1_bytes import find_ros1_layout
+from ..files.connections import find_ros1_layout, Connection, RecordedMessage
 
 # struct's letters for numbers, as numpy writes them.
 _TYPES = {'i': 'i4', 'I': 'u4'}

@@ -6,6 +6,9 @@ The connections of a bag: a topic, or one publisher of it if the bag names them.
 
 Messages of any type that rosbags or the list below defines are deserialized here. The unpacked
 size of a compressed part has a limit: kilobytes can hold gigabytes of zeros.
+
+The bytes of messages of ROS 1 have no encapsulation, no alignment and no NULs, and are
+little-endian. A header begins with a uint32 seq, and seconds are unsigned.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -14,7 +17,8 @@ import os
 from typing import Any, NamedTuple, Protocol, TYPE_CHECKING
 
 from tf_tree_py.beyond.uncertainty.insertion import STATIC_COVARIANCE_TOPIC
-from tf_tree_py.core.messages.byte_cursor import WireError
+from tf_tree_py.core.messages.byte_cursor import ByteCursor, cdr_cursor, text_of, WireError
+from tf_tree_py.core.messages.message_layout import MessageLayout, read_layout, Rename
 
 if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition
@@ -210,3 +214,46 @@ def too_large(what: str, packed: int) -> TooLarge:
     """Return the error for a part of a bag that unpacks to more."""
     return TooLarge(f'{what} of {packed:,} bytes unpacks to more than '
                     f'{unpacked_limit(packed):,}; {VARIABLE} sets that limit')
+
+
+# --- the bytes of messages of ROS 1
+
+class Ros1ByteCursor(ByteCursor):
+    """A position in the bytes of a message of ROS 1."""
+
+    head = 4
+    stamp = 'II'
+
+    def __init__(self, data: bytes) -> None:
+        super().__init__(data, '<')
+        self.position = 0
+
+    def skip(self, size: int, alignment: int) -> int:
+        """Skip a field, which is not aligned, and return its position."""
+        return super().skip(size, 1)
+
+    def skip_stamp(self) -> int:
+        """Skip a seq and a stamp, and return the position of the stamp."""
+        return self.skip(12, alignment=1) + 4
+
+    def _decoded(self, text: bytes, begin: int) -> str:
+        return text_of(text, begin)
+
+
+def cursor_of(data: bytes, ros1: bool) -> ByteCursor:
+    """
+    Return a cursor at the beginning of a message.
+
+    :param ros1: whether these are the bytes of ROS 1; otherwise they are CDR.
+    :raises WireError: the bytes do not begin with the encapsulation of CDR.
+    """
+    return Ros1ByteCursor(data) if ros1 else cdr_cursor(data)
+
+
+def find_ros1_layout(data: bytes, rename: Rename) -> MessageLayout:
+    """
+    Return the layout of a TFMessage of ROS 1; see ``find_layout``.
+
+    :raises WireError: the bytes are not a TFMessage.
+    """
+    return read_layout(Ros1ByteCursor(data), rename)

@@ -6,7 +6,7 @@ Reading the bytes of messages field by field.
 
 ROS 2 uses CDR, in either byte order: 4 bytes of encapsulation, then numbers that are aligned
 relative to the byte after the encapsulation, and strings with a uint32 length that includes
-the closing NUL. A subclass reads another format: see ``bag.files.ros1_bytes``.
+the closing NUL. A subclass reads another format: see ``bag.files.connections``.
 """
 
 import struct

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from tf_tree_py.bag import Bag, Connection
-from tf_tree_py.bag.files.connections import decode
-from tf_tree_py.bag.files.ros1_bytes import cursor_of
+from tf_tree_py.bag.files.connections import cursor_of, decode
 from tf_tree_py.core.messages.byte_cursor import WireError
 from tf_tree_py.core.times import Stamps
 
