@@ -6,7 +6,7 @@
 import math
 
 import numpy
-from tf_tree_py.dropin import arcball, rarer_matrices, transformations
+from tf_tree_py.dropin import rarer_matrices, transformations
 from tf_tree_py.dropin.installed_first import is_installed
 
 __all__ = [
@@ -60,7 +60,7 @@ __all__ = [
 ]
 
 if not is_installed(__name__):
-    _HOMES = {**vars(transformations), **vars(rarer_matrices), **vars(arcball)}
+    _HOMES = {**vars(transformations), **vars(rarer_matrices)}
     # A star import of the original includes these; programs import the private names, too.
     _OF_PYTHON = ('math', 'numpy')
     globals().update({name: _HOMES[name] for name in (*__all__, '_AXES2TUPLE', '_TUPLE2AXES')
