@@ -23,7 +23,7 @@ from domains import isolate  # noqa: E402
 from patients import FAULTY, written  # noqa: E402
 from tf_tree_py.health.doctor import Doctor  # noqa: E402
 from tf_tree_py.tools.recorded_tree import RecordedTree  # noqa: E402
-from tf_tree_py.view.model.listing import biggest_root  # noqa: E402
+from tf_tree_py.view.model.facts import biggest_root  # noqa: E402
 from tf_tree_py.view.model.moment import (  # noqa: E402
     links_of,
     live_moment,  # noqa: E402

@@ -8,8 +8,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
 from tf_tree_py.view.model.colours import greys, of_edges
-from tf_tree_py.view.model.facts import facts
-from tf_tree_py.view.model.listing import biggest_root, rows
+from tf_tree_py.view.model.facts import biggest_root, facts, rows
 from tf_tree_py.view.model.moment import live_moment, moment_at, trail
 from tf_tree_py.view.panels import markup
 

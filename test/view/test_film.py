@@ -11,7 +11,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 from programs import PATIENCE_S
 import pytest
-from tf_tree_py.view.page.film import Film, film_stamps, MOST_FRAMES, RATE_HZ
+from tf_tree_py.view.page.browser import Film, film_stamps, MOST_FRAMES, RATE_HZ
 
 PIL_image = pytest.importorskip('PIL.Image', reason='films need pillow')
 

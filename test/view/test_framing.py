@@ -9,8 +9,15 @@ from effort import examples
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
-from tf_tree_py.view.framing.camera import Camera, cell_of, lengths_on_screen, of_the_robot
-from tf_tree_py.view.framing.label_layout import layout, rectangle, size_of
+from tf_tree_py.view.framing.camera import (
+    Camera,
+    cell_of,
+    layout,
+    lengths_on_screen,
+    of_the_robot,
+    rectangle,
+    size_of,
+)
 
 SIZES = [(955.0, 800.0), (390.0, 400.0), (200.0, 900.0)]
 

@@ -9,8 +9,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
 from tf_tree_py.health.checks.finding import Finding, Severity
-from tf_tree_py.view.model.facts import measured, relative_motion
-from tf_tree_py.view.model.listing import rows
+from tf_tree_py.view.model.facts import measured, relative_motion, rows
 from tf_tree_py.view.model.playhead import IncidentLog, opening_stamp, time_of
 from tf_tree_py.view.page.controls import ViewLink
 

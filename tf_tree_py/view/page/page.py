@@ -15,16 +15,14 @@ from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.limited_log import FailureLog
 from viser import ClientHandle
 
-from .browser import Browser
+from .browser import Browser, Film, film_stamps
 from .controls import Address, Controls
-from .film import Film, film_stamps
 from .framing import CameraControl, Framing
-from ..model.facts import facts
-from ..model.listing import biggest_root
+from ..model.facts import biggest_root, facts
 from ..model.moment import Ellipsoid, ellipsoid, Moment, nothing, trail
 from ..model.playhead import Playhead, time_of
 from ..panels.sensors_panel import SensorsPanel
-from ..scene.links import Seen
+from ..scene.parts import Seen
 from ..scene.scene import Appearance, Scene
 from ..sensors.readings import Pixels, placed, Reading, Sensors
 from ..subject import Subject

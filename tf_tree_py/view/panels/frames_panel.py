@@ -16,8 +16,7 @@ from tf_tree_py.health.checks.finding import Finding
 
 from . import markup
 from .control_events import Apply, GuiApi, Shared, when_changed
-from ..model.facts import Fact
-from ..model.listing import FrameRow, MOST_ROWS, rows
+from ..model.facts import Fact, FrameRow, MOST_ROWS, rows
 
 _NONE: Final = '(none yet)'
 

@@ -6,8 +6,7 @@
 from collections.abc import Iterable, Sequence
 import html
 
-from ..model.facts import Fact
-from ..model.listing import FrameRow
+from ..model.facts import Fact, FrameRow
 
 # viser centres the buttons of a group, side by side, behind a label. The list of frames needs a
 # column of lines, and the findings need cards. A marker in front of a group selects its style.

@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.geometry.so3 import Array
 
-from .labels import Labels
-from .links import Links, Seen, SensorPoints
+from .parts import Labels, Links, Seen, SensorPoints
 from ..framing.camera import Camera, lengths_on_screen
 from ..model import colours
 from ..model.moment import Ellipsoid, Moment
