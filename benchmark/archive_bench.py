@@ -27,11 +27,11 @@ import numpy as np
 from tf_tree_py import BufferCore, from_seconds, Pose, UNLIMITED
 from tf_tree_py.beyond.motion.trajectory import stamps_at_rate, trajectory
 from tf_tree_py.health.measures.thresholds import Thresholds
-from tf_tree_py.tools.archive.jobs import BagPath, bags_in, done, ReportJob
+from tf_tree_py.tools.archive.jobs import BagPath, bags_in, done, reported
 from tf_tree_py.tools.archive.running import client_of, results
 from tf_tree_py.tools.export.formats import FORMATS
 
-JOB = ReportJob(Thresholds())
+JOB = partial(reported, Thresholds())
 
 
 def moving(edges: int, rate_hz: int, seconds: int) -> BufferCore:
