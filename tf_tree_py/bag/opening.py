@@ -39,8 +39,7 @@ from .assembly.assembler import Anomalies, Anomaly, as_text, Assembler, BagWarni
 from .assembly.covariances import CovarianceTopics
 from .assembly.decoding import Decoder, prefixed, renames
 from .files.bag_reader import Bag, PathLike
-from .files.connections import cursor_of, Connection
-from .files.joint_states import JointStateReader
+from .files.connections import Connection, cursor_of
 
 if TYPE_CHECKING:
     from rich.progress import Progress

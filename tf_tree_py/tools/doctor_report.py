@@ -14,7 +14,7 @@ from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds
 
-from .source import nothing_arrived, TreeInput
+from .inputs import nothing_arrived, TreeInput
 
 VERSION = 1
 """The version of a report; it changes only if a key is removed or gets another meaning."""

@@ -13,7 +13,7 @@ from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.text import shorten
 from tf_tree_py.fleet import FleetError, FleetListener
 
-from .source import TreeInput
+from .inputs import TreeInput
 
 
 class FleetTree(TreeInput):

@@ -28,8 +28,8 @@ from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
 from tf_tree_py.ros.topics.side_topics import CovarianceListener, SideTopics
 
+from .inputs import note_switches, TreeInput
 from .missing import hint_of
-from .source import note_switches, TreeInput
 
 # How much later than the first transforms static covariances may arrive; the period of checks.
 _MOMENT_S = 1.0

@@ -21,7 +21,7 @@ from tf_tree_py.core.messages.observers import Endpoint, Observer, ReceivedMessa
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.reports.switch_status import DIAGNOSTICS_TOPIC, SwitchReports
 
-from .connection import note_switches, TreeInput
+from .inputs import note_switches, TreeInput
 
 _CLOCK = '/clock'
 # The number of messages between two updates of the progress bar.

@@ -28,8 +28,8 @@ from tf_tree_py.reports import explanation_text
 from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Explanation
 from tf_tree_py.reports.plain_text import FORMS
 
+from .inputs import nothing_arrived, TreeInput
 from .missing import Hint, hints_of_graph, Refusals
-from .source import nothing_arrived, TreeInput
 from .tree_input import add_input, frame, open_input, stamp
 
 NAME = 'tf_echo'

@@ -39,8 +39,8 @@ from tf_tree_py.reports.drawings import (
 )
 from tf_tree_py.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 
+from .inputs import nothing_arrived, TreeInput
 from .missing import hint_of
-from .source import nothing_arrived, TreeInput
 from .tree_input import add_input, open_input
 
 _PATIENCE_S = 60.0

@@ -27,8 +27,8 @@ from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.monitor import Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
 
+from .inputs import nothing_arrived, TreeInput
 from .missing import Hint, hint_of, hints_of_graph
-from .source import nothing_arrived, TreeInput
 from .tree_input import add_input, frame, open_input
 
 if TYPE_CHECKING:
@@ -123,7 +123,8 @@ def _look(tree_input: TreeInput, doctor: Doctor, monitor: Monitor, arguments: Na
     findings = [one for one in tree_input.findings(doctor) if one.severity is not Severity.NOTE]
     rows, chain = _named(monitor.look(now, findings, tree_input.now()), tree_input), None
     if arguments.target:
-        chain = explain(tree_input.buffer, arguments.target, arguments.source, now=tree_input.now())
+        chain = explain(tree_input.buffer, arguments.target, arguments.source,
+                        now=tree_input.now())
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]

@@ -35,7 +35,7 @@ from tf_tree_py.recording.flight_recorder import (
     TOO_SOON,
 )
 
-from .source import nothing_arrived, TreeInput
+from .inputs import nothing_arrived, TreeInput
 from .tree_input import add_input, frame, open_input
 
 # The time between two requests of one sender, seconds.

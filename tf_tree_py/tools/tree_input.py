@@ -19,7 +19,7 @@ from tf_tree_py.command.endings import Cannot, needs_ros
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import FOREVER, NANOSECONDS_PER_SECOND, UNLIMITED
 
-from .source import TreeInput
+from .inputs import TreeInput
 
 _TOPICS = """\
 ROS remappings of topics and names: --ros-args -r /tf:=/robot1/tf, -r __ns:=/robot1"""

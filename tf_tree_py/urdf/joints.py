@@ -321,7 +321,8 @@ class Motion:
         self._floating, first = self._places(joints, FLOATING, part=0)
         self._floats = first[:, None] + np.arange(7)
 
-    def _places(self, joints: Sequence[Joint], *joint_types: str, part: int) -> tuple[Indices, Indices]:
+    def _places(self, joints: Sequence[Joint], *joint_types: str,
+                part: int) -> tuple[Indices, Indices]:
         """Return the rows of the joints of some kinds, and the columns of one variable of each."""
         places = [(row, self._columns[joint.variables[part]])
                   for row, joint in enumerate(joints) if joint.joint_type in joint_types]

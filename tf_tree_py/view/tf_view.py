@@ -18,7 +18,7 @@ from tf_tree_py.command.arguments import Parser
 from tf_tree_py.command.endings import Cannot, cannot_after, entry_point, FINE, needs
 from tf_tree_py.core.stamp import UNLIMITED
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.tools.source import TreeInput
+from tf_tree_py.tools.inputs import TreeInput
 from tf_tree_py.tools.tree_input import add_input, open_input
 from tf_tree_py.urdf import DescriptionError, Robot
 
@@ -126,8 +126,8 @@ def _subject(arguments: Namespace, tree_input: TreeInput, doctor: Doctor) -> Sub
     if arguments.bag is not None:
         name = Path(name).name or name
     return Subject(tree_input.buffer, arguments.bag is None, tree_input.now,
-                   partial(tree_input.findings, doctor), fixed_frame=arguments.fixed_frame, name=name,
-                   left_behind=Remembered(doctor.left_behind))
+                   partial(tree_input.findings, doctor), fixed_frame=arguments.fixed_frame,
+                   name=name, left_behind=Remembered(doctor.left_behind))
 
 
 def _serve(arguments: Namespace, tree_input: TreeInput, subject: Subject) -> None:

@@ -33,7 +33,7 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
 
-from ..files.connections import find_ros1_layout, Connection, RecordedMessage
+from ..files.connections import Connection, find_ros1_layout, RecordedMessage
 
 # struct's letters for numbers, as numpy writes them.
 _TYPES = {'i': 'i4', 'I': 'u4'}

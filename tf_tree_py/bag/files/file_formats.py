@@ -14,8 +14,8 @@ from pathlib import Path
 
 from tf_tree_py.core.stamp import FOREVER, format_stamp
 
-from .mcap_scan import McapScan
 from .connections import Connection, RecordedMessage, Scan, Storage
+from .mcap_scan import McapScan
 from .ros1_scan import Ros1Scan
 from .rosbags_file import RosbagsFile, salvaged, UNREADABLE
 from .scanning import NOTHING_MISSING, OtherProfile, UNKNOWN_MISSING, WITHOUT_INDEX

@@ -23,8 +23,8 @@ from typing import BinaryIO
 from lz4.frame import LZ4FrameDecompressor
 from tf_tree_py.core.text import printable
 
-from .discovery import PACKED
 from .connections import too_large, TooLarge, unpacked_limit
+from .discovery import PACKED
 from .sqlite_log import check_for_sqlite, log_of
 
 # With an alias, so that other files may import it from here.

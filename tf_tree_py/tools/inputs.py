@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the sources of a tool's tree have in common: a live system, a recording, and a fleet."""
+"""What all inputs of tools have in common: a live system, a recording, and a fleet."""
 
 from collections.abc import Iterable
 from typing import Any
