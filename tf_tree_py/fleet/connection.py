@@ -78,20 +78,18 @@ class WorkerThreads:
     interpreter ends first.
     """
 
-    def __init__(self, new_channel: Callable[[int], object], failures: FailureLog) -> None:
+    def __init__(self, failures: FailureLog) -> None:
         """
         Begin without threads.
 
-        :param new_channel: ``zenoh.handlers.FifoChannel``.
         :param failures: the log of exceptions.
         """
-        self._new_channel = new_channel
         self._failures = failures
         self._threads: list[threading.Thread] = []
 
     def channel(self) -> Any:
         """Return a handler for a declaration, from which samples are taken."""
-        return self._new_channel(WAITING)
+        return needs_zenoh().handlers.FifoChannel(WAITING)
 
     def receive_all(self, handler: 'zenoh.handlers.Handler[_One]',
                     receive: Callable[[_One], object], what: str) -> None:
@@ -261,7 +259,7 @@ class Uplink:
         self._static = b''
         self._closed = threading.Event()
         logs = FleetLogs()
-        self._threads = WorkerThreads(needs_zenoh().handlers.FifoChannel, logs.failures)
+        self._threads = WorkerThreads(logs.failures)
         self._link = Connection(
             made, self.name, self._threads, lambda connected: None, logs.warnings)
         self._thread = threading.Thread(target=self._run, name='uplink', daemon=True)

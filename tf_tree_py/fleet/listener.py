@@ -117,8 +117,7 @@ class FleetListener(Closable):
         self._heard: set[str] = set()
         self._warned_of_bridge = False
         self._closed = threading.Event()
-        self._threads = WorkerThreads(
-            needs_zenoh().handlers.FifoChannel, self._logs.failures)
+        self._threads = WorkerThreads(self._logs.failures)
         self._link = Connection(
             made, self.name, self._threads, self._presence.connect, self._logs.warnings)
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
