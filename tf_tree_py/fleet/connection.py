@@ -138,22 +138,23 @@ class Connection:
     A session that is opened as soon as there is a router, and reconnects by itself.
 
     Each loss and each return is one line in the log ``tf_tree_py.fleet``, at most one a second.
+
+    :ivar name: the routers, for people.
+    :ivar threads: receive what is declared in the session.
     """
 
-    def __init__(self, config: 'zenoh.Config', name: str, threads: WorkerThreads,
-                 on_change: Callable[[bool], object], limited: LimitedLog) -> None:
+    def __init__(self, config: 'zenoh.Config', logs: FleetLogs,
+                 on_change: Callable[[bool], object] = lambda connected: None) -> None:
         """
         Store the settings.
 
         :param config: see ``session.configuration``.
-        :param name: of the router, for people.
         :param on_change: called with whether there is a connection, when that changes.
-        :param limited: the log.
         """
-        self._limited = limited
+        self.name = ', '.join(endpoints_of(config))
+        self.threads = WorkerThreads(logs.failures)
+        self._limited = logs.warnings
         self._config = config
-        self._name = name
-        self._threads = threads
         self._on_change = on_change
         self._session: Any = None
         self._transports: set[str] = set()
@@ -167,7 +168,7 @@ class Connection:
             except FleetError as error:
                 if self._lost_at is None and not closed.is_set():
                     self._lost_at = time.monotonic()
-                    log.warning('no connection to %s yet, retrying: %s', self._name,
+                    log.warning('no connection to %s yet, retrying: %s', self.name,
                                 self.why_not() or error)
                 closed.wait(_PAUSE_S)
                 continue
@@ -176,9 +177,9 @@ class Connection:
                 self.close()
                 return None
             self._listener = session.info.declare_transport_events_listener(
-                self._threads.channel(), history=True)
+                self.threads.channel(), history=True)
             # The listener itself cannot be undeclared while another thread receives from it.
-            self._threads.receive_all(self._listener.handler, self._hear, 'link')
+            self.threads.receive_all(self._listener.handler, self._hear, 'link')
             return session
         return None
 
@@ -188,7 +189,7 @@ class Connection:
 
     def close(self) -> None:
         """
-        Close the session, if there is one, with all that is declared in it.
+        Close the session, if there is one, with all that is declared in it, and its threads.
 
         Its channels end at once, and their threads with them; the rest may take twenty seconds if
         the router hangs.
@@ -198,6 +199,7 @@ class Connection:
             # If the link hangs, the peer cannot be notified of the end.
             with suppress(needs_zenoh().ZError):
                 session.close()
+        self.threads.join()
 
     def _hear(self, event: 'zenoh.TransportEvent') -> None:
         zid = str(event.transport.zid)
@@ -212,12 +214,12 @@ class Connection:
         now = time.monotonic()
         if not connected:
             self._lost_at = now
-            self._limited.write('connection lost', self._name, (
-                f'the connection to {self._name} is lost: transforms that are sent until it is '
+            self._limited.write('connection lost', self.name, (
+                f'the connection to {self.name} is lost: transforms that are sent until it is '
                 'restored may be lost too'), None)
         elif self._lost_at is not None:
-            self._limited.write('connected', self._name, (
-                f'connected to {self._name}, after {now - self._lost_at:.1f} s without a '
+            self._limited.write('connected', self.name, (
+                f'connected to {self.name}, after {now - self._lost_at:.1f} s without a '
                 'connection'), None)
             self._lost_at = None
         self._on_change(connected)
@@ -251,17 +253,13 @@ class Uplink:
         :raises FleetError: Zenoh is not installed, or an argument is invalid.
         """
         self.robot, self._prefix = check_sender(robot, key_prefix)
-        made = configuration(connect, config)
-        self.name = ', '.join(endpoints_of(made))
+        self._link = Connection(configuration(connect, config), FleetLogs())
+        self.name = self._link.name
         self._history = history
         self._publisher: RobotPublisher | None = None
         self._lock = threading.Lock()
         self._static = b''
         self._closed = threading.Event()
-        logs = FleetLogs()
-        self._threads = WorkerThreads(logs.failures)
-        self._link = Connection(
-            made, self.name, self._threads, lambda connected: None, logs.warnings)
         self._thread = threading.Thread(target=self._run, name='uplink', daemon=True)
         # The end of the program only waits until its thread ends.
         atexit.register(self.close)
@@ -299,7 +297,6 @@ class Uplink:
                 self._begin(session)
                 self._closed.wait()
                 self._link.close()
-                self._threads.join()
         atexit.unregister(self.close)
 
     def _begin(self, session: 'zenoh.Session') -> None:

@@ -17,7 +17,7 @@ from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 from tf_tree_py.core.times import checked_cache_time
 
-from .connection import Connection, FleetLogs, log, WorkerThreads
+from .connection import Connection, FleetLogs, log
 from .keys import (
     check_prefix,
     check_robot,
@@ -34,7 +34,6 @@ from .session import (
     CLOSE_S,
     configuration,
     Connect,
-    endpoints_of,
     FleetError,
     needs_zenoh,
     one_or_several,
@@ -103,7 +102,6 @@ class FleetListener(Closable):
         self._separate = separate
         made = configuration(connect, config)
         refuse_larger(made, _LARGEST)
-        self.name = ', '.join(endpoints_of(made))
         self._wanted = [needs_zenoh().KeyExpr(pattern) for pattern in self._robots]
         self._on_robot = _checked_callback(on_robot)
         self._observers = observers
@@ -117,9 +115,8 @@ class FleetListener(Closable):
         self._heard: set[str] = set()
         self._warned_of_bridge = False
         self._closed = threading.Event()
-        self._threads = WorkerThreads(self._logs.failures)
-        self._link = Connection(
-            made, self.name, self._threads, self._presence.connect, self._logs.warnings)
+        self._link = Connection(made, self._logs, self._presence.connect)
+        self.name = self._link.name
         self._thread = threading.Thread(target=self._run, name='fleet', daemon=True)
         # The end of the program only waits until its thread ends.
         atexit.register(self.close)
@@ -198,7 +195,7 @@ class FleetListener(Closable):
     def _receive(self) -> None:
         session = self._link.await_session(self._closed)
         if session is not None:
-            hearing = Subscriptions(session, self._threads, self._robots, self._key_prefix)
+            hearing = Subscriptions(session, self._link.threads, self._robots, self._key_prefix)
             requests = Requests(session)
             try:
                 self._declare(hearing, requests)
@@ -211,7 +208,6 @@ class FleetListener(Closable):
                 self._logs.write_counts()
             requests.close()
             self._link.close()
-            self._threads.join()
 
     def _declare(self, hearing: Subscriptions, requests: Requests) -> None:
         reception = Reception(
@@ -227,8 +223,8 @@ class FleetListener(Closable):
                     requests.ask_old_cache(topic.robot, key, reception.receive_from)
 
         decoder = TransformDecoder(self._place_of, self._roster, self._logs)
-        self._threads.start(lambda: decoder.decode_all(self._inbox), 'decoder')
-        self._threads.start(requests.work, 'answers')
+        self._link.threads.start(lambda: decoder.decode_all(self._inbox), 'decoder')
+        self._link.threads.start(requests.work, 'answers')
         hearing.subscribe_tokens(hear_token)
         hearing.subscribe_transforms(True, None, reception.receive, self._roster.miss)
         hearing.subscribe_transforms(False, max_age_s, reception.receive, self._roster.miss)
