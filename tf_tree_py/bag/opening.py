@@ -44,6 +44,7 @@ from .files.connections import Connection, cursor_of
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+
 @contextmanager
 def progress_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
     """

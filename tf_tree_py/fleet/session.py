@@ -27,6 +27,7 @@ from .certificates import explain
 if TYPE_CHECKING:
     import zenoh
 
+
 class FleetError(Exception):
     """
     A fleet cannot be received or served as requested; the text is one sentence.

@@ -214,8 +214,8 @@ class TransformDecoder:
             self._logs.incidents.report(incidents)
         count = len(batch.stamps) + len(batch.impossible)
         self._roster.record(robot, max(0, count - refused), refused,
-                          None if message.static else max(batch.stamps, default=None),
-                          not message.received)
+                            None if message.static else max(batch.stamps, default=None),
+                            not message.received)
 
     def _read(self, robot: str, rename: Rename, message: FleetMessage) -> Batch | Incident:
         """Return the transforms of a message; the layouts of recent senders are remembered."""

@@ -149,7 +149,7 @@ class Assembler:
         self._stride = 0
 
     def assemble(self, arrivals: Iterable[RecordedMessage],
-             tell: Callable[[int], None] = lambda _: None) -> None:
+                 tell: Callable[[int], None] = lambda _: None) -> None:
         """
         Insert messages in their order.
 

@@ -27,7 +27,6 @@ from ..panels.control_events import Apply, when_changed
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-    from viser import ClientHandle
 
 _SCRIPT: Final = Path(__file__).with_name('browser.js')
 _STYLE: Final = '<style>div:has(> .tf-reports) + div {display: none;}</style>'
