@@ -199,6 +199,13 @@ def test_tree_is_the_one_that_a_buffer_has_which_was_fed(messages, cache_time, w
     assert_same(result, fed(messages, cache_time))
 
 
+def test_a_window_ends_with_the_message_that_exceeds_its_bytes(monkeypatch):
+    messages, counts = stream(count=25), []
+    monkeypatch.setattr(assembling, 'WINDOW_BYTES', 9 * len(messages[0].data))
+    Assembler(Decoder(), UNLIMITED).assemble(messages, counts.append)
+    assert counts == [10, 10, 5]
+
+
 def test_many_layouts_of_one_size_are_all_read():
     messages = [arrival(TF, [('map', f'frame{number % 60:02}', SECOND + number)])
                 for number in range(600)]

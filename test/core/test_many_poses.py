@@ -31,6 +31,12 @@ def one_by_one(many):
     return [Pose(*row) for row in np.asarray(many).tolist()]
 
 
+def test_parts_are_those_of_each_pose(map_T_base):
+    each = one_by_one(map_T_base)
+    assert map_T_base.translation.tolist() == [[*pose.translation] for pose in each]
+    assert map_T_base.rotation.tolist() == [[*pose.rotation] for pose in each]
+
+
 def test_lookup_many_composes_with_a_pose(map_T_base):
     map_T_camera = map_T_base @ base_T_camera
     assert isinstance(map_T_camera, Poses)
