@@ -141,8 +141,8 @@ class TransformException(JoinableException):
         :param hint: how to solve the problem; see ``Hint``.
         """
         join('tf2_py', _OF_TF2)
-        super().__init__(*(shorten(argument) if isinstance(argument, str) else argument
-                           for argument in arguments))
+        super().__init__(*[shorten(argument) if isinstance(argument, str) else argument
+                           for argument in arguments])
         self.target_frame = target_frame
         self.source_frame = source_frame
         self._hint = hint

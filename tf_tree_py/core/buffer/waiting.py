@@ -125,7 +125,8 @@ class Waiting:
 
     def _enter(self, inquiry: 'Inquiry[object]', blockers: Iterable[Blocker]) -> None:
         """Queue an inquiry under all its blockers, instead of where it was queued before."""
-        self._leave(inquiry)
+        if inquiry.places:
+            self._leave(inquiry)
         inquiry.places = tuple(set(blockers))
         inquiry.number = next(self._numbers)
         for child, stamp in inquiry.places:
