@@ -19,6 +19,7 @@ import effort  # noqa: F401 - it loads the profile of hypothesis
 import elsewhere
 from leftovers import differences, forget, left_behind, seed, state_of_file, state_of_test
 import near
+from programs import Program
 import pytest
 from unfinished import Unfinished
 
@@ -151,6 +152,20 @@ def process_is_as_before_the_test(process_is_as_before_the_file):
     left = left_behind(before, state_of_test)
     process_is_as_before_the_file.extend(left)
     assert not left, left
+
+
+@pytest.fixture
+def start_program():
+    """Start programs that are killed at the end of the test."""
+    programs = []
+
+    def start(*command):
+        programs.append(Program(*command))
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        program.kill()
 
 
 @pytest.fixture

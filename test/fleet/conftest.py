@@ -6,6 +6,7 @@
 from importlib.util import find_spec
 import itertools
 
+from hand_clock import clock_of_logs
 import pytest
 
 collect_ignore_glob = [] if find_spec('zenoh') else ['test_*.py']
@@ -20,6 +21,11 @@ numbers = itertools.count()
 def impatient(monkeypatch):
     """Let an attempt to connect end soon, where the router is on this machine or nowhere."""
     monkeypatch.setattr(connection, 'ATTEMPT_S', 0.2)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    return clock_of_logs(monkeypatch)
 
 
 @pytest.fixture(scope='module')

@@ -19,6 +19,7 @@ from conditions import until
 from tf_tree_py.core import Sample
 from tf_tree_py.core.messages.wire import write
 from tf_tree_py.fleet import configuration, open_session
+from tf_tree_py.fleet.keys import RMW_TYPE, TYPE_HASH
 import zenoh
 from zenoh import ext
 
@@ -162,6 +163,12 @@ def message(*edges, stamp=None):
 
 def x_of(buffer, target, source):
     return buffer.lookup_within(PATIENCE_S, target, source).x
+
+
+def rmw_token(zid, robot, topic):
+    """Return the token of a publisher, as rmw_zenoh declares it."""
+    return (f'@ros2_lv/0/{zid}/0/10/MP/%/%{robot}/driver/%{robot}%{topic}/{RMW_TYPE}/{TYPE_HASH}/'
+            '::,1:,:,:,,')
 
 
 def robot_of(listener, name):

@@ -10,8 +10,6 @@ import time
 from conditions import until
 from fleet_helpers import message, robot_of, send_first
 from garbage import flows_of, garbage, omitted, told
-from hand_clock import clock_of_logs
-import pytest
 from tf_tree_py.core import Kind
 from tf_tree_py.fleet import RobotQuota
 
@@ -19,11 +17,6 @@ INCIDENTS = 'tf_tree_py.fleet.incidents'
 UNLIMITED = RobotQuota(1e9, 1e12, 10**6, 10**12, 10**9, 1e9)
 
 OTHERS = 'others than the 10 senders named'
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    return clock_of_logs(monkeypatch)
 
 
 def lines(caplog, name):

@@ -8,7 +8,6 @@ import unicodedata
 
 from conditions import until
 from fleet_helpers import message, robot_of, x_of
-from hand_clock import clock_of_logs
 import pytest
 from tf_tree_py.fleet import FleetError, FleetListener, names, RobotPublisher, RobotQuota
 from tf_tree_py.fleet.keys import check_prefix, check_robot, check_robots, key_of, token_of, Topic
@@ -27,11 +26,6 @@ HIDDEN = {
     'robot1\u2028x': 'LINE SEPARATOR', 'robot1\u3164': 'HANGUL FILLER',
     'robot1\ufe0f': 'VARIATION SELECTOR-16', 'robot\u28001': 'BRAILLE PATTERN BLANK',
     'robot1\ue000': 'U\\+E000'}
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    return clock_of_logs(monkeypatch)
 
 
 # --- what cannot be seen

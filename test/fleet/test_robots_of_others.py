@@ -7,11 +7,11 @@ import threading
 import time
 
 from conditions import until
-from fleet_helpers import kept, message, Visits, x_of
+from fleet_helpers import kept, message, rmw_token, Visits, x_of
 from hypothesis import given, strategies as st
 import pytest
 from tf_tree_py.fleet import FleetListener
-from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
+from tf_tree_py.fleet.keys import key_of, rmw_key_of, Topic, TYPE_HASH
 from tf_tree_py.fleet.reception import read_attachment, Sending
 from zenoh import ext
 
@@ -24,10 +24,8 @@ def serialized(sending):
     return b''.join(ext.z_serialize(part).to_bytes() for field in fields for part in field)
 
 
-def rmw_token(session, hall, topic):
-    """Return the token of a publisher, as rmw_zenoh declares it."""
-    return (f'@ros2_lv/0/{session.zid()}/0/10/MP/%/%{hall}%robot7/driver/%{hall}%robot7%{topic}/'
-            f'{RMW_TYPE}/{TYPE_HASH}/::,100:,:,:,,')
+def token_of(session, hall, topic):
+    return rmw_token(session.zid(), f'{hall}%robot7', topic)
 
 
 def test_a_bridge_is_understood_and_its_robot_appears_with_its_data(listen, session, hall):
@@ -57,7 +55,7 @@ def test_a_bridges_robot_goes_with_its_tokens(listen, session, hall):
 def test_rmw_zenoh_is_understood(listen, session, hall):
     visits = Visits()
     listener = listen(on_robot=visits)
-    token = session.liveliness().declare_token(rmw_token(session, hall, 'tf'))
+    token = session.liveliness().declare_token(token_of(session, hall, 'tf'))
     assert visits.wait() == ('robot7', True)
     moving = rmw_key_of(Topic('robot7', False), 0, key_prefix=hall)
     until(lambda: session.put(moving, message(('map', 'base', 5))) or listener.buffer.frames())
@@ -88,7 +86,7 @@ def test_what_an_older_rmw_zenoh_has_kept_is_asked_for(listen, session, hall):
         query.reply(key, message(('base', 'fork', 2)))
 
     cache = session.declare_queryable(f'{session.zid()}/{key}', answer, complete=True)
-    token = session.liveliness().declare_token(rmw_token(session, hall, 'tf_static'))
+    token = session.liveliness().declare_token(token_of(session, hall, 'tf_static'))
     assert x_of(listen().buffer, 'robot7/base', 'robot7/fork') == 2.0
     token.undeclare()
     cache.undeclare()
@@ -99,7 +97,7 @@ def test_many_tokens_of_publishers_that_never_answer_cost_one_thread(
     asked = []  # A stored query without a response keeps the querying side waiting.
     cache = session.declare_queryable(f'{session.zid()}/**', asked.append, complete=True)
     tokens = [session.liveliness().declare_token(
-        rmw_token(session, hall, 'tf_static').replace('/10/', f'/{number}/').replace(
+        token_of(session, hall, 'tf_static').replace('/10/', f'/{number}/').replace(
             TYPE_HASH, f'RIHS01_{number}')) for number in range(60)]
     listener = listen()
     until(lambda: asked)
@@ -123,7 +121,7 @@ def test_answer_under_the_key_of_another_robot_is_not_taken(listen, session, hal
         query.reply(own, message(('base', 'fork', 2)))
 
     cache = session.declare_queryable(f'{session.zid()}/{own}', answer, complete=True)
-    token = session.liveliness().declare_token(rmw_token(session, hall, 'tf_static'))
+    token = session.liveliness().declare_token(token_of(session, hall, 'tf_static'))
     buffer = listen().buffer
     assert x_of(buffer, 'robot7/base', 'robot7/fork') == 2.0
     assert not any(frame.startswith('robot8') for frame in buffer.frames())

@@ -13,6 +13,7 @@ from fleet_helpers import (
     free_port,
     kept,
     message,
+    rmw_token,
     router_here,
     session_at,
     Visits,
@@ -20,7 +21,7 @@ from fleet_helpers import (
 )
 import pytest
 from tf_tree_py.fleet import configuration, FleetError, FleetListener, open_session, RobotPublisher
-from tf_tree_py.fleet.keys import key_of, rmw_key_of, RMW_TYPE, Topic, TYPE_HASH
+from tf_tree_py.fleet.keys import key_of, rmw_key_of, Topic
 from tf_tree_py.fleet.session import try_session
 from tf_tree_py.tools.tf_doctor import main as tf_doctor
 import zenoh
@@ -114,11 +115,6 @@ def test_each_robot_speaks_below_its_own_name_and_the_desk_hears(folder, router)
             assert x_of(listener.buffer, 'map', 'robot7/fork') == 8.0
             assert {one.name: one.transforms for one in listener.robots()} == {'robot7': 2}
         assert visits.wait() == ('robot7', False)
-
-
-def rmw_token(zid, robot, topic):
-    return (f'@ros2_lv/0/{zid}/0/10/MP/%/%{robot}/driver/%{robot}%{topic}/{RMW_TYPE}/{TYPE_HASH}/'
-            '::,1:,:,:,,')
 
 
 def bridge_token(zid, robot, topic):

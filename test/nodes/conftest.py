@@ -5,7 +5,7 @@
 
 import threading
 
-from programs import executable, PATIENCE_S, Program
+from programs import executable, PATIENCE_S
 import pytest
 from rclpy.node import Node
 from ros.conftest import context  # noqa: F401
@@ -40,6 +40,14 @@ def buffer(context):  # noqa: F811
 
 
 @pytest.fixture
+def robot_node(context):  # noqa: F811
+    """Return a node that is spun."""
+    node = Node('robot', context=context)
+    with spun_in_background(node):
+        yield node
+
+
+@pytest.fixture
 def recorded(context):  # noqa: F811
     """Return the received messages of /tf and /tf_static, each as a list of samples."""
     node = Node('recorder', context=context)
@@ -52,20 +60,6 @@ def recorded(context):  # noqa: F811
                  for transform in message.transforms]), qos)
     with spun_in_background(node):
         yield messages
-
-
-@pytest.fixture
-def start_program():
-    """Start programs that are killed at the end of the test."""
-    programs = []
-
-    def start(*command):
-        programs.append(Program(*command))
-        return programs[-1]
-
-    yield start
-    for program in programs:
-        program.kill()
 
 
 @pytest.fixture

@@ -119,10 +119,8 @@ class Robot:
 
 
 @pytest.fixture
-def robot(context):
-    node = Node('robot', context=context)
-    with spun_in_background(node):
-        yield Robot(node)
+def robot(robot_node):
+    return Robot(robot_node)
 
 
 @contextmanager

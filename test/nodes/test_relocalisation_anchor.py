@@ -11,7 +11,6 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 import numpy as np
 import pytest
 from rclpy.clock import ClockType
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.time import Time
 from ros_helpers import until
@@ -71,10 +70,8 @@ class Robot:
 
 
 @pytest.fixture
-def robot(context):
-    node = Node('robot', context=context)
-    with spun_in_background(node):
-        yield Robot(node)
+def robot(robot_node):
+    return Robot(robot_node)
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from ros_helpers import move, PATIENCE_S, SIM_TIME, SimClock, Talker, until
+from ros_helpers import move, PATIENCE_S, receivers, SIM_TIME, SimClock, Talker, until
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.threads.responses import Responses
@@ -24,10 +24,9 @@ from tf_tree_py.ros.threads.responses import Responses
 @pytest.fixture(autouse=True)
 def no_thread_is_left():
     yield
-    for thread in threading.enumerate():
-        if thread.name.endswith(' receiver'):
-            thread.join(PATIENCE_S)
-            assert not thread.is_alive()
+    for thread in receivers():
+        thread.join(PATIENCE_S)
+        assert not thread.is_alive()
 
 
 @pytest.fixture

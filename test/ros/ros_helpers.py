@@ -85,6 +85,15 @@ def until_waiting(buffer, count=1):
     until(lambda: len(buffer.waiting) >= count)
 
 
+def receivers():
+    """Return the threads that receive transforms."""
+    return [thread for thread in threading.enumerate() if thread.name.endswith(' receiver')]
+
+
+def x_of(message):
+    return message.transform.translation.x
+
+
 def ended(future):
     """Return an event that is set when a future, of any kind, ends."""
     event = threading.Event()

@@ -8,12 +8,12 @@ import itertools
 import math
 import warnings
 
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 import pytest
 from rclpy.serialization import serialize_message
 from ros_helpers import at, LATEST, PATIENCE, Talker, transform, until
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, limited_log
+from tf_tree_py import Buffer
 from tf_tree_py.core import Kind
 from tf_tree_py.core.messages.incidents import REMARKS
 
@@ -32,9 +32,7 @@ def no_warnings():
 @pytest.fixture(autouse=True)
 def log_clock(monkeypatch):
     """Stop the clock of the log, so that no second of it ends."""
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
-    return clock
+    return clock_of_logs(monkeypatch)
 
 
 @pytest.fixture

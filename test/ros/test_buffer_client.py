@@ -16,7 +16,17 @@ import pytest
 from rclpy.action import CancelResponse, GoalResponse
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
-from ros_helpers import at, lasting, LATEST, move, PATIENCE, PATIENCE_S, result_of, until_waiting
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    move,
+    PATIENCE,
+    PATIENCE_S,
+    result_of,
+    until_waiting,
+    x_of,
+)
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 import tf_tree_py as tf
@@ -27,10 +37,6 @@ from tf_tree_py.ros.remote.lookup_call import State, UNACCEPTED, WANTED
 from unique_identifier_msgs.msg import UUID
 
 ACTION = 'tf2_buffer_server'
-
-
-def x_of(message):
-    return message.transform.translation.x
 
 
 @pytest.fixture

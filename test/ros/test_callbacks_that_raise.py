@@ -5,7 +5,7 @@
 
 from types import SimpleNamespace
 
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 import pytest
 from ros_helpers import (
     at,
@@ -18,7 +18,6 @@ from ros_helpers import (
     until_waiting,
 )
 import tf_tree_py as tf
-from tf_tree_py import limited_log
 from tf_tree_py.ros.threads.internal_node import CallbackFailures
 
 
@@ -74,7 +73,7 @@ def test_listener_goes_on_and_those_who_wait_beside_are_answered(
     *CASES, (raising(ValueError, 'it was bad'), 'ValueError: it was bad')])
 def test_filter_of_frames_that_raises_loses_its_message_only(
         node, talker, listen, log, use_wait_set, monkeypatch, raises, words):
-    monkeypatch.setattr(limited_log, 'time', HandClock(100.0))
+    clock_of_logs(monkeypatch)
     buffer = listen(node, frame_filter=lambda parent, child: child != 'bad' or raises())
     for _ in range(5):
         talker.move(transform('map', 'bad', 1.0))

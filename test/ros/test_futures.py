@@ -29,6 +29,7 @@ from ros_helpers import (
     transform,
     until,
     until_waiting,
+    x_of,
 )
 import tf_tree_py as tf
 from tf_tree_py.ros.waiting.alarm_clock import Alarms
@@ -46,10 +47,6 @@ def wait_for(buffer, seconds, timeout=None):
 
 async def look_up(buffer, seconds=3.0):
     return await buffer.lookup_transform_async('map', 'base', at(seconds))
-
-
-def x_of(message):
-    return message.transform.translation.x
 
 
 @pytest.fixture

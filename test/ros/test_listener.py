@@ -22,6 +22,7 @@ from ros_helpers import (
     LATEST,
     PATIENCE,
     PATIENCE_S,
+    receivers,
     result_of,
     Talker,
     transform,
@@ -35,10 +36,6 @@ from tf_tree_py.ros.topics import listener as listener_topics
 
 MAP_BASE = TFMessage(transforms=[transform('map', 'base')])
 EITHER_THREAD = pytest.mark.parametrize('spin_thread', [True, False])
-
-
-def receivers():
-    return [thread for thread in threading.enumerate() if thread.name.endswith(' receiver')]
 
 
 def call_in_executor(node, function, group=None):

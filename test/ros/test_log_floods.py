@@ -6,13 +6,13 @@
 import time
 
 from garbage import flows_of, garbage, omitted, told
-from hand_clock import HandClock
+from hand_clock import clock_of_logs
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from ros_helpers import transform, until
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, FlightRecorder, GyroListener, limited_log, Pose
+from tf_tree_py import Buffer, FlightRecorder, GyroListener, Pose
 from tf_tree_py.recording.flight_recorder import Happened
 
 SENT, AT_ONCE = 3000, 50
@@ -53,8 +53,7 @@ def test_flood_of_varied_transforms(node, listen, talker, log):
 def test_publishers_with_a_profile_that_does_not_match(
         node, listen, make_node, log, use_wait_set, monkeypatch):
     """Rclpy would log a line for each, and anyone can make them at any rate."""
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
+    clock = clock_of_logs(monkeypatch)
     buffer, careless = listen(node), make_node('careless')
 
     def publish_carelessly():
@@ -73,8 +72,7 @@ def test_publishers_with_a_profile_that_does_not_match(
 
 
 def test_gyroscope(node, make_node, log, monkeypatch):
-    clock = HandClock(1000.0)
-    monkeypatch.setattr(limited_log, 'time', clock)
+    clock = clock_of_logs(monkeypatch)
     buffer = Buffer()
     buffer.insert('odom', 'base', 1, Pose())
     with GyroListener(buffer, node, 'base', 'imu', qos=1000) as listener:
@@ -92,7 +90,7 @@ def test_gyroscope(node, make_node, log, monkeypatch):
 
 
 def test_recordings_that_are_not_written(log, monkeypatch):
-    monkeypatch.setattr(limited_log, 'time', HandClock(1000.0))
+    clock_of_logs(monkeypatch)
     recorder = FlightRecorder()
     Buffer(flight_recorder=recorder)
     for number in range(1000):

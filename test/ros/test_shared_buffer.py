@@ -4,7 +4,6 @@
 """One buffer and one listener for all nodes of a process with the same topics."""
 
 import gc
-import threading
 
 import pytest
 import rclpy
@@ -12,14 +11,14 @@ from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from ros_helpers import LATEST, PATIENCE, SIM_TIME, simulated_seconds, transform, until
+from ros_helpers import LATEST, PATIENCE, receivers, SIM_TIME, simulated_seconds, transform, until
 from tf_tree_py import shared_buffer
 
 
 def listening():
     """Return the number of threads that listen."""
     gc.collect()
-    return sum(thread.name.endswith(' receiver') for thread in threading.enumerate())
+    return len(receivers())
 
 
 def test_nodes_share_one_buffer_one_thread_and_one_subscription(make_node, talker, pool):

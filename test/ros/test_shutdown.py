@@ -20,6 +20,7 @@ from ros_helpers import (
     LATEST,
     PATIENCE,
     PATIENCE_S,
+    receivers,
     result_of,
     SIM_TIME,
     transform,
@@ -263,7 +264,7 @@ def test_contexts_that_end_while_messages_pour_in(node, listen, talker, capfd):
                 broadcaster.sendTransform(transform('map', 'base', second))
 
     def has_ended():
-        return sum(one.name.endswith(' receiver') for one in threading.enumerate()) == 1
+        return len(receivers()) == 1
 
     # In a domain of their own: Fast DDS may never end a participant that has just discovered
     # another one (docs/ending.md).

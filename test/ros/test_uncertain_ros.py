@@ -5,14 +5,23 @@
 
 import gc
 import re
-import threading
 
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from inputs import for_each
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-from ros_helpers import at, lasting, LATEST, PATIENCE, PATIENCE_S, transform, until, until_waiting
+from ros_helpers import (
+    at,
+    lasting,
+    LATEST,
+    PATIENCE,
+    PATIENCE_S,
+    receivers,
+    transform,
+    until,
+    until_waiting,
+)
 from sensor_msgs.msg import Imu
 from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
 from tf_tree_py.beyond.curves.aided import gyro_of
@@ -254,11 +263,8 @@ def test_gyroscope_whose_place_on_the_robot_is_unknown_is_told(buffer, node, tal
 
 @pytest.mark.parametrize('make', [CovarianceListener, lambda *both: GyroListener(*both, 'base')])
 def test_listener_ends_when_it_is_let_go_or_closed(make, buffer, node):
-    def threads():
-        return [thread for thread in threading.enumerate() if thread.name.endswith(' receiver')]
-
     listener = make(buffer, node)
-    (thread,) = threads()
+    (thread,) = receivers()
     del listener
     gc.collect()
     thread.join(PATIENCE_S)
@@ -266,7 +272,7 @@ def test_listener_ends_when_it_is_let_go_or_closed(make, buffer, node):
     listener = make(buffer, node)
     listener.close()
     listener.close()
-    assert not threads()
+    assert not receivers()
 
 
 def test_times_of_ros_are_stamps_everywhere(buffer):

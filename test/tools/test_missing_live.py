@@ -58,14 +58,6 @@ class Robot:
             self._nodes.pop().destroy_node()
 
 
-@pytest.fixture(scope='module')
-def context():
-    context = rclpy.context.Context()
-    rclpy.init(context=context, args=[])
-    yield context
-    context.try_shutdown()
-
-
 @pytest.fixture
 def robot(context):
     robot = Robot(context)

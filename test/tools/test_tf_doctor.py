@@ -111,14 +111,6 @@ def test_what_is_not_installed_is_one_sentence(bags, missing, arguments, sentenc
 rclpy = pytest.importorskip('rclpy')
 
 
-@pytest.fixture(scope='module')
-def context():
-    context = rclpy.context.Context()
-    rclpy.init(context=context, args=[])
-    yield context
-    context.try_shutdown()
-
-
 class Beat:
     """Calls a function fifty times a second, until the end of the block; counts the calls."""
 

@@ -3,6 +3,7 @@
 
 """A page in the browser: the content of its scene, read from three.js, and its controls."""
 
+from itertools import combinations
 import time
 
 import numpy as np
@@ -228,3 +229,9 @@ class OpenPage:
             node => count += Number({what} || 0)));
           return count === {count};
         }}""")
+
+
+def overlaps(rectangles):
+    """Return whether any two of the rectangles overlap by more than a pixel."""
+    return any((np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2]) > 1.0).all()
+               for one, other in combinations(rectangles, 2))

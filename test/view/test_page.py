@@ -4,11 +4,10 @@
 """Pages in a real Chromium: the drawn objects are read from the browser's own scene."""
 
 from contextlib import contextmanager
-from itertools import combinations
 import threading
 
 import numpy as np
-from open_page import OpenPage
+from open_page import OpenPage, overlaps
 import pytest
 from served_pages import hold_up, pages_of
 from tf_tree_py import BufferCore, screws
@@ -324,12 +323,6 @@ def test_no_name_covers_another_however_near_one_comes(new_page, robot):
         new_page.wait_for(new_page.names, lambda names: len(names) > 5 and not overlaps(names))
         new_page.page.mouse.move(300, 300)
         new_page.page.mouse.wheel(0, -300)
-
-
-def overlaps(rectangles):
-    """Return whether any two of the rectangles overlap by more than a pixel."""
-    return any((np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2]) > 1.0).all()
-               for one, other in combinations(rectangles, 2))
 
 
 def test_address_keeps_what_is_shown_for_a_reload_and_for_others(new_page, robot, window, serving):

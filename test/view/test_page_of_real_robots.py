@@ -8,14 +8,13 @@ With ``--hypothesis-profile thorough``, names are compared at three zooms, other
 """
 
 from contextlib import contextmanager
-from itertools import combinations
 from pathlib import Path
 import sysconfig
 import time
 
 from hypothesis import settings
 import numpy as np
-from open_page import OpenPage
+from open_page import OpenPage, overlaps
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose, UNLIMITED
@@ -99,12 +98,6 @@ def opened(window, name, size):
         yield page
         assert not page.complaints
         page.page.close()
-
-
-def overlaps(rectangles):
-    """Return whether any two of the rectangles overlap by more than a pixel."""
-    return any((np.minimum(one[2:], other[2:]) - np.maximum(one[:2], other[:2]) > 1.0).all()
-               for one, other in combinations(rectangles, 2))
 
 
 def is_readable(page):

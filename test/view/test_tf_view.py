@@ -13,7 +13,7 @@ import sys
 from bags import Message, SECOND, write_ros2
 import numpy as np
 from open_page import OpenPage
-from programs import completed, executable, Program
+from programs import completed, executable
 import pytest
 
 pytest.importorskip('viser', reason='pages need viser')
@@ -30,20 +30,6 @@ def bag(tmp_path_factory):
     return write_ros2(tmp_path_factory.mktemp('bags') / 'drive', [
         Message(stamp, '/tf', [('map', 'base', stamp, pose)])
         for stamp in range(SECOND, 3 * SECOND, SECOND // 10)])
-
-
-@pytest.fixture
-def start():
-    """Start programs that are killed at the end of the test."""
-    programs = []
-
-    def started(*command):
-        programs.append(Program(*command))
-        return programs[-1]
-
-    yield started
-    for program in programs:
-        program.kill()
 
 
 def address(program):
@@ -101,8 +87,8 @@ def test_without_viser_it_says_what_to_install(bag):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_it_listens_on_this_machine_only_and_ends_in_order(start, bag, number):
-    program = start(*COMMAND, '--bag', str(bag), '--port', str(PORT))
+def test_it_listens_on_this_machine_only_and_ends_in_order(start_program, bag, number):
+    program = start_program(*COMMAND, '--bag', str(bag), '--port', str(PORT))
     assert address(program) == f'http://127.0.0.1:{PORT}'
     assert listening(PORT) == {'0100007F'}
     program.interrupt(number)
@@ -111,8 +97,8 @@ def test_it_listens_on_this_machine_only_and_ends_in_order(start, bag, number):
     assert 'Traceback' not in program.output
 
 
-def test_slider_spans_the_recording(start, bag, window):
-    page = OpenPage(window, address(start(*COMMAND, '--bag', str(bag))))
+def test_slider_spans_the_recording(start_program, bag, window):
+    page = OpenPage(window, address(start_program(*COMMAND, '--bag', str(bag))))
     page.wait_for_text('paused at 1.0')
     page.go_to(1.5)
     page.wait_for_text('paused at 2.5')
@@ -120,9 +106,9 @@ def test_slider_spans_the_recording(start, bag, window):
     assert not page.complaints
 
 
-def test_five_frames_of_a_live_robot_are_seen(start, window):
-    start(*executable('five_frame_publisher'))
-    page = OpenPage(window, address(start(*COMMAND, '--fixed-frame', 'odom')))
+def test_five_frames_of_a_live_robot_are_seen(start_program, window):
+    start_program(*executable('five_frame_publisher'))
+    page = OpenPage(window, address(start_program(*COMMAND, '--fixed-frame', 'odom')))
     page.wait_for_text('5 frames')
     page.wait_for_axes(lambda position, scale, _: len(scale) == 5 and (scale > 0.0).all()
                        and np.allclose(position[0], 0.0))
@@ -132,23 +118,23 @@ def test_five_frames_of_a_live_robot_are_seen(start, window):
     assert not page.complaints
 
 
-def test_red_bar_shows_that_the_server_is_gone_until_it_is_back(start, bag, window):
+def test_red_bar_shows_that_the_server_is_gone_until_it_is_back(start_program, bag, window):
     command = (*COMMAND, '--bag', str(bag), '--port', str(PORT + 1))
-    program = start(*command)
+    program = start_program(*command)
     page = OpenPage(window, address(program))
     bar = page.page.locator('#tf-silent')
     bar.wait_for(state='detached')
     program.kill()
     bar.filter(has_text='The server does not answer.').wait_for()
     assert page.page.locator('.tf-status').is_visible()
-    address(start(*command))
+    address(start_program(*command))
     page.page.bring_to_front()
     bar.wait_for(state='detached')
     page.wait_for_text('paused at 1.0')
 
 
-def test_red_bar_shows_that_the_server_hangs(start, bag, window):
-    program = start(*COMMAND, '--bag', str(bag), '--port', str(PORT + 2))
+def test_red_bar_shows_that_the_server_hangs(start_program, bag, window):
+    program = start_program(*COMMAND, '--bag', str(bag), '--port', str(PORT + 2))
     page = OpenPage(window, address(program))
     bar = page.page.locator('#tf-silent')
     program.interrupt(signal.SIGSTOP)
