@@ -109,9 +109,9 @@ def test_two_poses_that_agree_are_published_and_the_next_is_gone_over_to(context
 def test_slip_is_made_up_for_at_30_hz_and_never_the_other_way(context, robot, monkeypatch):
     """The stamps have a rate of 30 Hz, however long the machine takes to deliver them."""
     rng, slip, max_speed = np.random.default_rng(5), 0.3, 2.0
-    taken, take = [], Anchor.take
-    monkeypatch.setattr(Anchor, 'take', lambda anchor, sighting: (
-        taken.append(sighting.stamp), take(anchor, sighting))[1])
+    seen, update = [], Anchor.update
+    monkeypatch.setattr(Anchor, 'update', lambda anchor, sighting: (
+        seen.append(sighting.stamp), update(anchor, sighting))[1])
     begin = time.time_ns() - 60_000 * MS
     with anchored(context, robot, rate_hz=100.0, max_speed=max_speed, wait=60.0):
         for number in range(90):
@@ -119,7 +119,7 @@ def test_slip_is_made_up_for_at_30_hz_and_never_the_other_way(context, robot, mo
             # After a second the wheels slip: the odometry moves, and the robot does not.
             robot.drive(stamp, Pose(x=10.0 + (slip if number >= 30 else 0.0)))
             robot.see(stamp, Pose(*rng.normal(0.0, 0.01, 3).tolist()))
-            until(lambda stamp=stamp: stamp in taken)
+            until(lambda stamp=stamp: stamp in seen)
         until(lambda: robot.heard and abs(robot.heard[-1].pose[0] + slip) < 0.02)
     heard = list(robot.heard)  # more may still arrive
     stamps = np.array([sample.stamp for sample in heard])
