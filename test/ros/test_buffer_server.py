@@ -197,8 +197,8 @@ def kept_goals(action):
     return action._detached
 
 
-def test_goals_of_a_closed_server_are_freed_after_its_last_use(serve, asker, buffer, kind):
-    server, node, _ = serve(buffer, kind)
+def test_goals_of_a_closed_server_are_freed_after_its_last_use(serve, asker, buffer, of_type):
+    server, node, _ = serve(buffer, of_type)
     asker.send(goal(seconds=3.0, timeout=3600.0))
     until_waiting(buffer)
     action = action_of(node)

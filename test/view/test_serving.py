@@ -41,7 +41,7 @@ def test_all_messages_of_a_thread_arrive():
         found = []
         sender.start()
         async for window in buffer.window_generator(1):
-            found += [message.connection for message in window]
+            found += [message.source for message in window]
             if found and found[-1] == str(count - 1):
                 break
         sender.join()
