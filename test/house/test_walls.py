@@ -36,10 +36,12 @@ def test_every_layer_and_room_is_in_the_table():
 
 
 def test_core_is_read_in_an_afternoon_and_no_file_is_long():
-    """These are the numbers of docs/heart.md."""
     sizes = {named(path): house.size_of(path) for path in house.files()}
     core = [size.code for name, size in sizes.items() if name.startswith('core/')]
-    assert (len(core) <= 41, sum(core) <= 4200) == (True, True), (len(core), sum(core))
+    assert len(core) <= 41 and sum(core) <= 4200, (
+        f'core has {sum(core):,} lines in {len(core)} files; docs/heart.md promises at most 4,200 '
+        'in 41: move code to a layer above, or change the numbers in docs/heart.md, '
+        'docs/index.md, README.md and here')
     assert [name for name, size in sizes.items() if size.lines > 450] == []
 
 
