@@ -235,7 +235,7 @@ def test_edge_without_samples_is_refused_with_what_it_is(buffer):
 def test_class_that_another_process_does_not_have_is_named(buffer, tmp_path, monkeypatch):
     buffer.save(tmp_path / 'run.tftree')
     monkeypatch.setattr(HoldNewest, 'name', 'renamed')
-    with pytest.raises(TreeFileError, match="the interpolation 'hold newest, as in the docs', "
+    with pytest.raises(TreeFileError, match="the interpolation 'hold newest', "
                        'which is not defined here: import the module that defines it first'):
         load(tmp_path / 'run.tftree')
     buffer.save(tmp_path / 'again.tftree')

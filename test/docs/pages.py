@@ -1,67 +1,14 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The blocks of code in the documentation, and their comments for the tests."""
+"""All pages of the documentation, and the blocks of code in them."""
 
-from pathlib import Path
-import re
-from typing import NamedTuple
+from code_blocks import blocks_of, REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md',
          *sorted((REPOSITORY / 'docs').rglob('*.md'))]
 
 LANGUAGES = {'python', 'bash', 'text', 'diff'}
 """What runs, and what is only shown: formulas, output, changes."""
 
-_NOT_RUN = re.compile(r'<!-- not run: (.+) -->')
-
-
-class Block(NamedTuple):
-    """
-    One block of code.
-
-    :ivar line: the number of its first line of code.
-    :ivar not_run: the reason why the tests do not run it; empty if they do.
-    """
-
-    page: str
-    line: int
-    language: str
-    code: str
-    not_run: str
-
-    def __str__(self) -> str:
-        return f'{self.page}:{self.line}'
-
-
-def blocks_of(page: Path) -> list[Block]:
-    """Return the blocks of a page, from top to bottom."""
-    found = []
-    lines = page.read_text().splitlines()
-    begin = None
-    for number, line in enumerate(lines):
-        if not line.startswith('```'):
-            continue
-        if begin is None:
-            begin = number
-            continue
-        said = _NOT_RUN.fullmatch(lines[begin - 1])
-        found.append(Block(
-            page.relative_to(REPOSITORY).as_posix(), begin + 2, lines[begin][3:],
-            '\n'.join(lines[begin + 1:number]) + '\n', said[1] if said else ''))
-        begin = None
-    assert begin is None, f'{page}:{begin}: a block without an end'
-    return found
-
-
 BLOCKS = [block for page in PAGES for block in blocks_of(page)]
-
-
-def program(blocks: list[Block]) -> str:
-    """Return the blocks of one page as one program, with the line numbers of the page."""
-    lines: list[str] = []
-    for block in blocks:
-        lines += [''] * (block.line - 1 - len(lines))
-        lines += block.code.splitlines()
-    return '\n'.join(lines) + '\n'

@@ -20,7 +20,8 @@ import shutil
 import subprocess
 import sys
 
-from pages import BLOCKS, LANGUAGES, PAGES, program, REPOSITORY
+from code_blocks import program, REPOSITORY
+from pages import BLOCKS, LANGUAGES, PAGES
 from programs import completed, PATIENCE_S, Program
 import pytest
 

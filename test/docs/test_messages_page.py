@@ -6,7 +6,7 @@
 from inspect import signature
 import re
 
-from pages import REPOSITORY
+from code_blocks import REPOSITORY
 import pytest
 
 pytest.importorskip('rclpy')

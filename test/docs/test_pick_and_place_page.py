@@ -3,7 +3,8 @@
 
 """The page about pick and place quotes the program literally."""
 
-from pages import BLOCKS, REPOSITORY
+from code_blocks import REPOSITORY
+from pages import BLOCKS
 import pytest
 
 PAGE = 'docs/pick_and_place.md'

@@ -6,8 +6,8 @@
 import importlib.util
 import re
 
+from code_blocks import REPOSITORY
 import house
-from pages import REPOSITORY
 import pytest
 
 

@@ -14,7 +14,8 @@ import subprocess
 from urllib.parse import unquote, urldefrag, urlsplit
 import zlib
 
-from pages import PAGES, REPOSITORY
+from code_blocks import REPOSITORY
+from pages import PAGES
 from programs import PATIENCE_S
 import pytest
 

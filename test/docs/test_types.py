@@ -11,7 +11,7 @@ import re
 import shutil
 import sys
 
-from pages import blocks_of, program, REPOSITORY
+from code_blocks import blocks_of, program, REPOSITORY
 from programs import completed, PATIENCE_S
 import pytest
 
