@@ -324,6 +324,27 @@ def test_samples_on_either_side_are_there_at_many_stamps_too(buffer):
         buffer.lookup('base', 'lift', stamp).x for stamp in stamps.tolist()]
 
 
+class Previous(Interpolation):
+    """The pose of the sample before the two around a stamp, if there is one."""
+
+    def between(self, samples, index, stamp):
+        joined = index - 1 >= samples.first() and samples.joins(index - 1)
+        return samples.pose(index - 1 if joined else index)
+
+
+def test_policy_that_asks_for_the_first_sample_gives_one_answer_for_each_stamp():
+    """A single lookup finds expired samples in memory, which a copy for many stamps lacks."""
+    buffer = BufferCore(cache_time=NEWEST)
+    buffer.set_interpolation('lift', Previous())
+    for stamp in range(0, 4 * NEWEST, 100 * MS):
+        buffer.insert('base', 'lift', stamp, pose_at(stamp))
+    samples = buffer.intake.tree.histories['lift']
+    assert samples.first() > 0
+    stamps = [stamp + MS for stamp in samples.stamps[samples.first():-1]]
+    assert buffer.lookup_many('base', 'lift', stamps).tolist() == [
+        list(buffer.lookup('base', 'lift', stamp)) for stamp in stamps]
+
+
 # --- files
 
 
