@@ -103,7 +103,7 @@ def interpolate(a: PoseTuple, b: PoseTuple, ratio: float) -> PoseTuple:
     This is not the screw motion between the two: the origin of the frame moves on a straight
     line.
 
-    :param ratio: 0 for a, 1 for b.
+    :param ratio: 0 for a, 1 for b; outside of these it extrapolates both motions.
     """
     (ax, ay, az, *_), (bx, by, bz, *_) = a, b
     left = 1.0 - ratio
