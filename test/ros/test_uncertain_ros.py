@@ -185,6 +185,12 @@ def test_edge_without_transforms_gets_its_poses_too(buffer, hear):
     np.testing.assert_allclose(covariance_of(buffer, 'odom', 'eye'), COVARIANCE)
 
 
+def test_pose_is_refused_together_with_its_covariance(buffer, hear):
+    hear(odometry(child='eye', covariance=np.zeros((6, 6))),
+         lambda: buffer.statistics().incidents[Kind.BAD_COVARIANCE], with_poses=True)
+    assert 'eye' not in buffer.frames()
+
+
 UNKNOWN = np.diag([1e-4, 1e-4, 1e6, 1e6, 1e6, 1e-4])
 
 

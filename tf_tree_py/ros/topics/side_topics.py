@@ -117,7 +117,9 @@ _PATIENCE = Duration(seconds=5.0)
 
 class CovarianceListener(_Listener):
     """
-    A listener that fills a buffer with the covariances of edges whose poses come from ``/tf``.
+    A listener that fills a buffer with the covariances of edges.
+
+    The poses of these edges come from ``/tf``, or, with ``with_poses``, from the same messages.
 
     It reads in its own thread, on a small node in addition to the user's. It always subscribes to
     the covariances of static edges that ``static_transform_publisher`` publishes; ``subscribe``
