@@ -65,19 +65,27 @@ def facts(edge):
         **{name: getattr(motion, name) for name in (
             'moved', 'planar', 'tilt', 'travelled', 'off_length', 'worst_length', 'steps', 'fast',
             'slow', 'outliers', 'lone')},
+        'rates': [(rates.count, rates.least, rates.most)
+                  for rates in (motion.speeds, motion.turn_rates)],
         'turns': (motion.turns.all, motion.turns.first, motion.turns.last)}
+
+
+# The x, y and z of quaternions: at rest, about the axis z, and tilted.
+TURNED = [(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.4), (0.3, 0.0, 0.0), (-0.5, 0.7, 0.1)]
 
 
 @given(st.lists(st.tuples(st.sampled_from([20, 20, 20, 0, -30, 500, -5000, 3000]),
                           st.sampled_from([0.0, 0.01, 0.5, 3.0]),
-                          st.sampled_from([0.0, 0.0, 1.0, np.nan])), min_size=1, max_size=60),
+                          st.sampled_from([0.0, 0.0, 1.0, np.nan]),
+                          st.sampled_from(TURNED)), min_size=1, max_size=60),
        st.lists(st.integers(0, 60), max_size=8))
 def test_edge_is_the_same_wherever_a_block_ends(steps, borders):
-    """The steps are milliseconds, metres, and an addition to a quaternion's w."""
-    milliseconds, metres, odd = np.array(steps, dtype=float).T
+    """The steps are milliseconds, metres, an addition to a quaternion's w, and its x, y, z."""
+    milliseconds, metres, odd = np.array([step[:3] for step in steps], dtype=float).T
     stamps = 100 * SECOND + np.cumsum(milliseconds).astype(np.int64) * 1_000_000
     poses = np.zeros((7, len(steps)))
     poses[0], poses[6] = np.cumsum(metres), 1.0 + odd
+    poses[3:6] = np.transpose([turned for *_, turned in steps])
     received = 100 * SECOND + np.arange(len(steps)) * 20_000_000
     rows = Rows(received, stamps, poses)
     whole, pieces = MovingEdge(Thresholds()), MovingEdge(Thresholds())
