@@ -16,7 +16,7 @@ def test_page_has_every_code_as_the_catalogue_has_it():
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     written = script.PAGE.read_text().partition(script.BEGIN)[2].partition(script.END)[0]
-    assert written.strip() == script.sections().strip(), f'run python {SCRIPT.name} anew'
+    assert written.strip() == script.sections().strip(), f'run python docs/figures/{SCRIPT.name}'
 
 
 def test_failure_modes_of_the_textbook_come_first():

@@ -5,6 +5,7 @@
 
 import math
 
+from doctor_findings import only
 import numpy as np
 import pytest
 from tf_tree_py import BufferCore
@@ -115,7 +116,7 @@ CAMERA = stream('base', 'camera', 50, lambda t, rng: Pose(0.1 * math.sin(t)))
 
 @pytest.mark.parametrize('returns, code', [(14.0, 'gap'), (math.inf, 'stale')])
 def test_tag_that_leaves_the_view_is_a_note(returns, code):
-    (found,) = findings_of(WHEELS, CAMERA, tags(8.0, returns))
+    found = only(findings_of(WHEELS, CAMERA, tags(8.0, returns)))
     assert (found.code, found.severity) == (code, Severity.NOTE)
     assert found.frames == ('camera', 'tag_2')
     assert 'out of view' in found.cause
@@ -134,7 +135,7 @@ def test_joint_that_is_missing_among_others_is_an_error():
         message.batch.edges, message.batch.stamps,
         [pack_pose(*Pose.from_xyz_rpy(yaw=math.sin(number)))
          for _ in message.batch.edges])) for number, message in enumerate(tags(8.0))]
-    (found,) = findings_of(WHEELS, CAMERA, missing)
+    found = only(findings_of(WHEELS, CAMERA, missing))
     assert (found.code, found.severity) == ('stale', Severity.ERROR)
 
 
@@ -143,8 +144,8 @@ def test_two_publishers_of_different_rates_are_found(first_hz, second_hz):
     first = stream('odom', 'base', first_hz, drive)
     second = shifted(stream('odom', 'base', second_hz, lambda t, rng: drive(t, rng) @ Pose(
         y=0.2)), 0.004)
-    (found,) = findings_of(first, [message._replace(received=message.received + SECOND // 250)
-                                   for message in second])
+    found = only(findings_of(first, [message._replace(received=message.received + SECOND // 250)
+                                     for message in second]))
     assert found.code == 'two_publishers'
 
 
@@ -158,7 +159,7 @@ def test_wheel_that_dies_beside_another_is_an_error_though_its_place_flickers():
             edges, message.batch.stamps * len(edges),
             [pack_pose(*Pose.from_xyz_rpy(x=0.3 + 1e-9 * (number % 2), pitch=0.1 * number))
              for _ in edges])))
-    (found,) = findings_of(WHEELS, messages)
+    found = only(findings_of(WHEELS, messages))
     assert (found.code, found.severity) == ('stale', Severity.ERROR)
 
 
@@ -197,14 +198,14 @@ def test_static_edge_that_is_refused_as_a_loop_has_no_second_parent():
                                   '/tf_static', True)
         buffer.observers.notify_received(arrival)
         buffer.insert_batch(arrival.batch, '', True, announced=True)
-    (found,) = doctor.findings()
+    found = only(doctor.findings())
     assert (found.code, found.edges) == ('loop', (('c', 'b'),))
 
 
 def test_frozen_stamp_that_resumes_is_no_gap():
     frozen = [shifted([message], -0.02 * max(0, min(number, 700) - 400))[0]
               if 400 < number <= 700 else message for number, message in enumerate(WHEELS)]
-    (found,) = findings_of(frozen)
+    found = only(findings_of(frozen))
     assert (found.code, found.severity) == ('frozen_stamp', Severity.WARNING)
 
 
@@ -242,7 +243,7 @@ def test_nothing_is_left_behind_where_no_clock_shows_when_it_arrived():
 def test_stamp_that_is_frozen_from_the_first_message_is_an_error():
     late = [message._replace(batch=message.batch._replace(stamps=[BEGIN - 100 * SECOND]))
             for message in stream('map', 'odom', 10, lambda t, rng: Pose(1.0))]
-    (found,) = findings_of(WHEELS, late)
+    found = only(findings_of(WHEELS, late))
     assert (found.code, found.severity) == ('frozen_stamp', Severity.ERROR)
     assert 'and with no other' in found.summary
 
@@ -264,7 +265,7 @@ def test_clock_of_one_of_two_edges_is_wrong(seconds, code, severity):
     for place in (0, 1):
         edges = [*noisy]
         edges[place] = shifted(noisy[place], seconds)
-        (found,) = findings_of(*edges)
+        found = only(findings_of(*edges))
         assert (found.code, found.severity) == (code, severity)
         assert found.edges == (('map', 'odom'), ('odom', 'base'))[place:place + 1]
 
@@ -275,7 +276,7 @@ def test_clock_that_is_slow_or_fast_is_found(part):
     drifting = [message._replace(batch=message.batch._replace(
         stamps=[stamp + round(part * (stamp - BEGIN)) for stamp in message.batch.stamps]))
         for message in noisy]
-    (found,) = findings_of(WHEELS, drifting)
+    found = only(findings_of(WHEELS, drifting))
     assert (found.code, found.edges) == ('clock_drift', (('map', 'odom'),))
     assert -2.2 < 100.0 * part * found.evidence['drift_percent'] / abs(100.0 * part) < -1.8
 
@@ -301,7 +302,7 @@ def test_simulated_clock_of_a_recorder_is_not_blamed_on_chrony():
     ticks = [message._replace(received=(message.received - BEGIN) // 200_000_000 * 200_000_000
                               + SECOND)
              for message in WHEELS + stream('map', 'odom', 50, drive)]
-    (found,) = findings_of(shifted(ticks, 1 - BEGIN / SECOND))
+    found = only(findings_of(shifted(ticks, 1 - BEGIN / SECOND)))
     assert (found.code, found.severity) == ('future_stamps', Severity.NOTE)
     assert 'chrony' not in found.cause + found.fix
 
@@ -310,7 +311,7 @@ def test_largest_jump_of_a_localiser_is_reported_once():
     poses = np.cumsum([0.0] * 50 + [0.5] + [0.0] * 50 + [2.7] + [0.0] * 50)
     found = findings_of(WHEELS, stream('map', 'odom', 8, lambda t, rng: Pose(
         poses[min(round(8 * t), 150)])))
-    (jump,) = (one for one in found if 'jump' in one.code)
+    jump = only(one for one in found if 'jump' in one.code)
     assert (jump.code, jump.severity) == ('pose_jump', Severity.NOTE)
     assert jump.evidence['gone_m'] == pytest.approx(2.7)
 
@@ -320,8 +321,8 @@ def test_largest_jump_of_a_localiser_is_reported_once():
 def test_two_publishers_4_ms_and_0_2_m_apart_are_found_in_motion(rate_hz, speed):
     first = stream('odom', 'base', rate_hz, lambda t, rng: Pose(speed * t))
     second = stream('odom', 'base', rate_hz, lambda t, rng: Pose(speed * t, 0.12, 0.16))
-    (found,) = findings_of(first, [message._replace(received=message.received + SECOND // 250)
-                                   for message in shifted(second, 0.004)])
+    found = only(findings_of(first, [message._replace(received=message.received + SECOND // 250)
+                                     for message in shifted(second, 0.004)]))
     assert found.code == 'two_publishers'
     assert found.evidence['apart_m'] == pytest.approx(0.2, rel=0.1)
 
@@ -345,8 +346,8 @@ def test_limits_say_what_is_right():
 
 
 def test_correction_of_a_localiser_is_named_as_that():
-    (found,) = findings_of(WHEELS, stream(
-        'map', 'odom', 50, lambda t, rng: Pose(2.0 * (t > 5.0))))
+    found = only(findings_of(WHEELS, stream(
+        'map', 'odom', 50, lambda t, rng: Pose(2.0 * (t > 5.0)))))
     assert (found.code, found.severity) == ('pose_jump', Severity.NOTE)
     assert 'localiser' in found.cause
 
@@ -356,7 +357,7 @@ def test_one_stamp_of_the_far_future_is_an_error():
     batch = poisoned[300].batch
     poisoned[300] = poisoned[300]._replace(batch=batch._replace(
         stamps=[batch.stamps[0] + 3600 * SECOND]))
-    (found,) = findings_of(poisoned)
+    found = only(findings_of(poisoned))
     assert (found.code, found.severity) == ('future_stamps', Severity.ERROR)
     assert 3599.0 < found.evidence['furthest_s'] < 3600.0
 
@@ -367,7 +368,7 @@ def test_who_is_not_heard_is_known_from_the_graph():
         Endpoint('/tf', False, '/quiet', True, False, False),
         Endpoint('/tf', False, '/ear', False, True, False),
         Endpoint('/tf', False, '/other', False, False, False)]
-    (found,) = doctor.findings()
+    found = only(doctor.findings())
     assert (found.code, found.publishers) == ('qos_mismatch', ('/quiet', '/ear'))
 
 
@@ -380,7 +381,7 @@ def test_edge_that_may_be_of_another_node_is_not_blamed_on_a_volatile_publisher(
     doctor.endpoints = [Endpoint('/tf_static', True, '/driver', True, True, False),
                         Endpoint('/tf_static', True, '/robot', True, True, True)]
     buffer.insert('base', 'lidar', 1, Pose(), static=True, authority=authority)
-    (found,) = doctor.findings()
+    found = only(doctor.findings())
     assert (found.code, found.publishers, found.frames) == ('late_joiner', ('/driver',), frames)
 
 
@@ -389,7 +390,7 @@ def test_doctor_judges_refusals_of_samples_inserted_by_hand():
     buffer.observers.add(doctor)
     buffer.insert('a', 'b', 1, Pose(), static=True)
     buffer.insert('b', 'a', 1, Pose(), static=True, authority='/culprit', strict=False)
-    (found,) = doctor.findings()
+    found = only(doctor.findings())
     assert (found.code, found.publishers) == ('loop', ('/culprit',))
     assert found.frames == ('b', 'a')
 

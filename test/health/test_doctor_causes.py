@@ -3,6 +3,7 @@
 
 """The doctor names the real cause where another one is more plausible at first sight."""
 
+from doctor_findings import only, worth_reporting
 from edge_faults import merge
 from healthy_robots import Habits, UglyRobot
 import numpy as np
@@ -13,11 +14,6 @@ from tf_tree_py.health.doctor import Doctor
 
 LATE = [(0.133, 0.3, late) for late in (0.05, 0.1, 0.13)] + [
     (0.1, 0.5, late) for late in (0.03, 0.06, 0.09)] + [(0.05, 1.0, 0.04)]
-
-
-def worth_reporting(robot, doctor=None):
-    return [finding for finding in robot.findings(doctor)
-            if finding.severity is not Severity.NOTE]
 
 
 @pytest.mark.parametrize('seed', range(6))
@@ -142,7 +138,7 @@ def test_two_robots_on_one_topic_are_named_as_that():
         second = other.edges[child]
         poses = second.poses + np.array([3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
         merge(robot.edges[child], second.stamps + 0.003, poses)
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert (found.code, found.evidence) == ('two_publishers', {'edges': 4})
     assert 'two robots' in found.summary
 
@@ -169,7 +165,7 @@ def test_joint_that_is_set_in_one_step_is_a_note():
     robot = Robot(seconds=30.0)
     robot.add('base', 'flap', 20.0, lambda times: planar(
         0.2 + 0.0 * times, 0.0 * times, 0.5 * (times > 15.0)), 'flap')
-    (found,) = robot.findings()
+    found = only(robot.findings())
     assert (found.code, found.severity) == ('moved_once', Severity.NOTE)
 
 
@@ -180,7 +176,7 @@ def test_jump_of_a_frame_that_turns_fast_is_found(step, rate_hz, code):
     robot = Robot(seconds=30.0)
     robot.add('base', 'drum', rate_hz, lambda times: planar(
         0.2 + step * (times > 15.0), 0.0 * times, 20.0 * times), 'drum')
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert (found.code, found.frames) == (code, ('base', 'drum'))
     assert found.evidence['gone_m'] == pytest.approx(step)
 
@@ -204,7 +200,7 @@ def test_groups_of_a_simulation_are_both_listed(behind):
     robot = Robot(simulated=True, pace=0.8)
     for child in behind:
         robot.edges[child].stamps = robot.edges[child].stamps - 0.3
-    (found,) = robot.findings()
+    found = only(robot.findings())
     ahead = {'odom', 'base', 'arm', 'tool'} - {*behind}
     assert (found.code, found.severity) == ('clock_offset', Severity.WARNING)
     assert {child for _, child in found.edges[:found.evidence['ahead']]} == ahead
@@ -217,7 +213,7 @@ def test_step_of_the_recorders_clock_is_named_as_that(step):
     robot = Robot(seconds=30.0, tolerance=0.2)
     for edge in robot.edges.values():
         edge.received = edge.received + step * (edge.received > 10.0)
-    (found,) = worth_reporting(robot, Doctor(recorded=True))
+    found = only(worth_reporting(robot, Doctor(recorded=True)))
     assert (found.code, len(found.edges)) == ('recorder_clock', 4)
     assert found.evidence['step_s'] == pytest.approx(step, abs=0.02)
     assert found.evidence['received_s'] == pytest.approx(1_700_000_010.0, abs=0.5)
@@ -258,7 +254,7 @@ def test_computer_that_starts_in_1970_has_no_slow_edges():
         early = edge.received < 10.0
         edge.stamps, edge.received = (times - 1.699e9 * early
                                       for times in (edge.stamps, edge.received))
-    (found,) = robot.findings(Doctor(recorded=True))
+    found = only(robot.findings(Doctor(recorded=True)))
     assert (found.code, found.evidence['edges']) == ('gap', 4)
     assert '1970' in found.cause
 
@@ -286,7 +282,7 @@ def test_longer_way_may_look_like_a_step_of_the_recorders_clock():
     robot = Robot(seconds=40.0)
     for edge in robot.edges.values():
         edge.received = edge.received + 0.2 * (edge.received > 20.0)
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'recorder_clock'
     assert 'another network' in found.cause
 
@@ -333,7 +329,7 @@ def test_backlog_is_one_finding():
         edge = robot.edges[child]
         held = (edge.received > 20.0) & (edge.received < 24.0)
         edge.received = np.maximum.accumulate(np.where(held, 24.0, edge.received))
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert (found.code, found.evidence['edges']) == ('delayed', 3)
     assert found.evidence['longest_s'] == pytest.approx(4.0, abs=0.1)
     assert found.evidence['received_s'] == pytest.approx(1_700_000_024.0, abs=0.1)
@@ -362,7 +358,7 @@ def test_gap_of_all_edges_is_a_note_only_in_a_recording():
     for edge in robot.edges.values():
         keep(edge, (edge.received < 10.0) | (edge.received > 14.0))
     for recorded, severity in ((True, Severity.NOTE), (False, Severity.WARNING)):
-        (found,) = robot.findings(Doctor(recorded=recorded))
+        found = only(robot.findings(Doctor(recorded=recorded)))
         assert (found.code, found.severity) == ('gap', severity)
 
 
@@ -370,7 +366,7 @@ def test_edge_that_stops_alone_is_a_warning_in_a_recording():
     robot = Robot(seconds=30.0)
     keep(robot.edges['arm'], (robot.edges['arm'].received < 10.0) | (
         robot.edges['arm'].received > 14.0))
-    (found,) = robot.findings(Doctor(recorded=True))
+    found = only(robot.findings(Doctor(recorded=True)))
     assert (found.code, found.severity, found.frames) == (
         'gap', Severity.WARNING, ('base', 'arm'))
 
@@ -393,7 +389,7 @@ def test_messages_that_arrive_twice_are_a_note():
     arm = robot.edges['arm']
     for name in ('stamps', 'received', 'poses'):
         setattr(arm, name, np.repeat(getattr(arm, name), 2, axis=0))
-    (found,) = robot.findings()
+    found = only(robot.findings())
     assert (found.code, found.severity) == ('duplicate_stamps', Severity.NOTE)
     assert (found.evidence['count'], found.evidence['differing']) == (1000, 0)
 
@@ -401,7 +397,7 @@ def test_messages_that_arrive_twice_are_a_note():
 def test_robot_that_stands_may_send_the_same_pose():
     robot = Robot()
     robot.edges['base'].poses[:] = robot.edges['base'].poses[0]
-    (found,) = robot.findings()
+    found = only(robot.findings())
     assert (found.code, found.severity) == ('static_republished', Severity.NOTE)
 
 
@@ -412,7 +408,7 @@ def test_wheel_does_not_make_its_robot_a_localiser():
     robot.add('base', 'wheel', 50.0, wheel(5.0), 'wheels')
     base = robot.edges['base']
     base.poses[base.stamps > 15.0, 0] += 20.0
-    (found,) = robot.findings()
+    found = only(robot.findings())
     assert (found.code, found.severity, found.frames) == (
         'pose_jump', Severity.WARNING, ('odom', 'base'))
 
@@ -423,7 +419,7 @@ def test_sender_that_is_not_known_is_one_of_several(authority, senders):
     robot = Robot(seconds=20.0)
     keep(robot.edges['base'], robot.edges['base'].stamps < 8.0)
     robot.authority = authority
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert (found.code, found.senders) == ('stale', senders)
 
 
@@ -434,7 +430,7 @@ def test_static_transform_with_two_values_is_not_said_to_have_changed(apart, wor
     lidar = robot.edges['lidar']
     lidar.poses = planar(np.array([0.1, 0.2]), np.zeros(2), np.zeros(2))
     lidar.stamps, lidar.received = np.zeros(2), np.array([-0.2, -0.2 + apart])
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'static_changed'
     assert words in found.summary
     assert ('two nodes' in found.cause) == (words == 'at once')
@@ -446,7 +442,7 @@ def test_lone_stamp_is_named(place, stamp):
     """It is of boot time, of last year, or two minutes old."""
     robot = Robot(seconds=20.0)
     robot.edges['base'].stamps[place] = stamp - 1_700_000_000.0
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert (found.code, found.frames, found.evidence['count']) == (
         'lone_stamp', ('odom', 'base'), 1)
     assert found.evidence['stamp_s'] == pytest.approx(stamp)

@@ -3,6 +3,7 @@
 
 """Where a healthy robot leaves the same data as a fault, the doctor names both or neither."""
 
+from doctor_findings import only, worth_reporting
 import numpy as np
 import pytest
 from robot_model import Edge, keep, planar, Robot
@@ -10,13 +11,9 @@ from tf_tree_py.health.checks.finding import Severity
 from tf_tree_py.health.doctor import Doctor
 
 
-def worth_reporting(robot, doctor=None):
-    return [one for one in robot.findings(doctor) if one.severity is not Severity.NOTE]
-
-
 def note(robot, code, doctor=None):
     """Return the only finding, a note with this code."""
-    (found,) = robot.findings(doctor)
+    found = only(robot.findings(doctor))
     assert (found.code, found.severity) == (code, Severity.NOTE)
     return found
 
@@ -39,7 +36,7 @@ def test_correction_at_10_hz_is_a_note_of_any_size(meters):
     robot = Robot()
     edge = robot.edges['odom']
     edge.poses[edge.stamps > 8.0, 0] += meters
-    (found,) = robot.findings()
+    found = only(robot.findings())
     assert found.code in ('pose_jump', 'interpolated_jump')
     assert found.severity is Severity.NOTE and 'localiser' in found.cause
 
@@ -53,7 +50,7 @@ def test_odometry_of_a_robot_that_stands_is_no_localiser(meters):
     base.parent, base.child = 'odom', 'base'
     base.poses[base.stamps > 8.0, 0] += meters
     robot.add('base', 'wheel', 8.0, turning(2.0), 'wheels')
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code in ('pose_jump', 'interpolated_jump')
     assert 'localiser, which' not in found.cause
 
@@ -62,7 +59,7 @@ def test_correction_that_takes_a_second_asks_for_a_higher_rate():
     robot = Robot(localiser_hz=1.0, seconds=40.0)
     edge = robot.edges['odom']
     edge.poses[edge.stamps > 18.0, 0] += 1.5
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'interpolated_jump' and 'more often' in found.fix
 
 
@@ -79,7 +76,7 @@ def test_joint_in_degrees_is_still_a_warning():
     robot = Robot(arm_hz=200.0)
     robot.add('base', 'joint', 200.0, lambda t: planar(
         0.0 * t, 0.0 * t, np.degrees(2.4 * np.sin(t))), 'arm')
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'too_fast'
 
 
@@ -96,7 +93,7 @@ def test_nodes_that_end_one_after_another_were_stopped():
 def test_single_node_that_ends_before_a_recording_is_a_warning():
     robot = Robot(seconds=30.0)
     keep(robot.edges['odom'], robot.edges['odom'].stamps < 28.1)
-    (found,) = worth_reporting(robot, Doctor(recorded=True))
+    found = only(worth_reporting(robot, Doctor(recorded=True)))
     assert (found.code, found.severity) == ('stale', Severity.WARNING)
 
 
@@ -105,7 +102,7 @@ def test_last_tag_of_a_camera_may_have_left_but_wheels_have_not(child):
     robot = Robot(seconds=30.0)
     robot.add('tool', 'tag', 15, seen, 'detector')
     keep(robot.edges[child], robot.edges[child].stamps < 12.0)
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'stale'
     assert found.severity is (Severity.WARNING if child == 'tag' else Severity.ERROR)
     assert ('view' in found.cause) is (child == 'tag')
@@ -133,7 +130,7 @@ def test_edge_that_came_once_has_one_finding():
     robot = Robot(seconds=40.0)
     robot.edges['goal'] = Edge('map', 'goal', np.array([5.0]), np.array([5.01]), seen(np.ones(1)),
                                'planner')
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'slow_for_window' and 'came once, ' in found.summary
 
 
@@ -175,7 +172,7 @@ def test_vision_may_take_a_constant_time(delay):
 def test_clock_of_a_node_that_also_sends_in_time_is_right():
     robot = Robot(authority='/robot')
     robot.edges['base'].received += 0.3
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert found.code == 'clock_offset'
     assert 'Its clock is right: it sends ' in found.cause
     assert 'chrony' not in found.cause + found.fix
@@ -184,7 +181,7 @@ def test_clock_of_a_node_that_also_sends_in_time_is_right():
 def test_clock_of_unknown_senders_may_be_wrong():
     robot = Robot()
     robot.edges['base'].received += 0.3
-    (found,) = worth_reporting(robot)
+    found = only(worth_reporting(robot))
     assert 'clock' in found.cause and 'their node' in found.cause and 'chrony' in found.fix
 
 
@@ -218,6 +215,6 @@ def test_of_two_edges_the_one_by_the_clock_of_this_computer_is_right():
     robot = Robot()
     del robot.edges['arm'], robot.edges['tool']
     robot.edges['base'].stamps -= 1e9
-    (found,) = (one for one in robot.findings() if one.code == 'clock_mixture')
+    found = only(one for one in robot.findings() if one.code == 'clock_mixture')
     assert found.edges == (('odom', 'base'),)
     assert found.summary.endswith('behind map -> odom')

@@ -36,7 +36,9 @@ def test_second_fault_hides_no_error(first):
                                     ('after', (ERRORS[first], fault)))
               if not (order == 'after' and second in ONLY_BEFORE)
               and fault is not ERRORS[first] and first not in errors(*faults)]
-    assert hidden == []
+    assert not hidden, (
+        f'{first} is not found if the same edge has one of these faults, put in before or after: '
+        f'{hidden}. A fault that replaces values or omits samples belongs in ONLY_BEFORE')
 
 
 # What a fault is found as, if not by its own name, and what a robot that drives hides.
