@@ -15,11 +15,10 @@ from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.stamp import from_seconds, silence_allowed
 
 from .pieces import pieces_of
-from ..measures.arrival_clock import arrival_step, ArrivalStep
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents
 from ..measures.spread import median, quantiles
 from ..measures.thresholds import Thresholds
-from ..measures.timebase import Timebase
+from ..measures.timebase import arrival_step, ArrivalStep, Timebase
 from ..measures.timing import ClockStep, Timing
 from ..ros_graph import NO_GRAPH, RosGraph
 
