@@ -10,7 +10,7 @@ They are read from the catalogue that ``tf_doctor --list`` prints.
 from pathlib import Path
 
 from tf_tree_py.health.checks.catalogue import CODES
-from tf_tree_py.health.checks.check import Check
+from tf_tree_py.health.checks.finding import Check
 
 PAGE = Path(__file__).parents[1] / 'doctor_codes.md'
 BEGIN, END = '<!-- codes: begin -->\n', '<!-- codes: end -->\n'

@@ -15,8 +15,7 @@ from tf_tree_py.core.text import shorten
 
 from .checks.case import Case, is_frozen_now, Trouble
 from .checks.catalogue import CHECKS, CODES
-from .checks.check import Check
-from .checks.finding import Finding
+from .checks.finding import Check, Finding
 from .measures.edge_record import Edge, EdgeRecord, is_stale, Parents, Symptoms, symptoms_of
 from .measures.sample_rows import MessageColumn, MessageColumns, RecentSamples
 from .measures.thresholds import Thresholds

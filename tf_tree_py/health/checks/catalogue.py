@@ -3,20 +3,20 @@
 
 """Every check; the failure modes of the textbook come first."""
 
-from . import arrivals, clocks, graph, jumps, rates, samples, static_edges, structure
-from .check import Check
+from . import clocks, graph, poses, rates, samples, structure
+from .finding import Check
 
 CHECKS: tuple[Check, ...] = (
     structure.loop,
     structure.two_parents,
     structure.two_publishers,
     structure.unconnected,
-    arrivals.delayed,
-    static_edges.static_republished,
-    static_edges.static_changed,
+    samples.delayed,
+    poses.static_republished,
+    poses.static_changed,
     structure.late_joiner,
-    jumps.interpolated_jump,
-    static_edges.planar_only,
+    poses.interpolated_jump,
+    poses.planar_only,
     structure.similar_names,
     structure.leading_slash,
     structure.empty_name,
@@ -25,15 +25,15 @@ CHECKS: tuple[Check, ...] = (
     samples.not_normalised,
     samples.unreadable,
     samples.impossible_stamp,
-    static_edges.kind_flips,
-    static_edges.static_late,
+    poses.kind_flips,
+    poses.static_late,
     samples.zero_stamps,
     clocks.future_stamps,
     clocks.post_dated,
     clocks.clock_offset,
     clocks.clock_mixture,
     clocks.clock_step,
-    arrivals.recorder_clock,
+    samples.recorder_clock,
     clocks.clock_drift,
     clocks.frozen_stamp,
     clocks.whole_seconds,
@@ -46,10 +46,10 @@ CHECKS: tuple[Check, ...] = (
     rates.irregular_rate,
     rates.slow_for_window,
     rates.skew,
-    jumps.pose_jump,
-    jumps.moved_once,
-    jumps.outlier,
-    jumps.too_fast,
+    poses.pose_jump,
+    poses.moved_once,
+    poses.outlier,
+    poses.too_fast,
     structure.qos_mismatch,
     structure.source_silent,
     structure.source_diverged,

@@ -11,8 +11,7 @@ from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, is_de
 from tf_tree_py.core.text import listed, times
 
 from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now, timing_of
-from .check import check, of_edge, of_edges, Remark
-from .finding import Severity
+from .finding import check, of_edge, of_edges, Remark, Severity
 from ..measures.edge_record import EdgeRecord, MovingEdge
 from ..measures.grouping import grouped
 

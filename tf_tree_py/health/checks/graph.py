@@ -9,8 +9,7 @@ from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.text import listed
 
 from .case import Case
-from .check import check, Remark
-from .finding import Finding, Severity
+from .finding import check, Finding, Remark, Severity
 from .pieces import are_robots
 from .structure import late_joiner, qos_mismatch
 from ..measures.thresholds import Thresholds

@@ -22,8 +22,7 @@ from tf_tree_py.core.stamp import (
 from tf_tree_py.core.text import times
 
 from .case import Case, is_frozen, timing_of
-from .check import check, of_edge, of_edges, Remark
-from .finding import Severity
+from .finding import check, of_edge, of_edges, Remark, Severity
 from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
 from ..measures.spread import median, quantiles
 from ..measures.timing import Timing

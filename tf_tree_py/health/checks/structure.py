@@ -12,9 +12,17 @@ from tf_tree_py.core.stamp import format_span, from_seconds
 from tf_tree_py.core.text import listed, shorten, times
 
 from .case import Case
-from .check import authorities_of, check, names_of, of_edge, of_edges, of_trouble, Remark
 from .clocks import overlap, was_short
-from .finding import Severity
+from .finding import (
+    authorities_of,
+    check,
+    names_of,
+    of_edge,
+    of_edges,
+    of_trouble,
+    Remark,
+    Severity,
+)
 from .pieces import are_robots
 from ..measures.edge_record import EdgeRecord, MovingEdge
 
