@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     from tf_tree_py.beyond.curves.spline import Spline
     from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
     from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
-    from tf_tree_py.beyond.motion.deskew import deskew
+    from tf_tree_py.beyond.motion.scans import deskew
     from tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS, stamps_at_rate, trajectory
     from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
     from tf_tree_py.beyond.uncertainty.gating import agreement, as_gtsam, from_gtsam
@@ -109,7 +109,7 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'beyond.curves.spline': 'Spline',
         'beyond.curves.spline_fitter': 'SplineFitter',
         'beyond.framed.framed_pose': 'FramedPoints FramedPose FrameMismatchError',
-        'beyond.motion.deskew': 'deskew',
+        'beyond.motion.scans': 'deskew',
         'beyond.motion.trajectory': 'POSE_COLUMNS stamps_at_rate trajectory',
         'beyond.motion.twist': 'lookup_twist lookup_twist_many',
         'beyond.uncertainty.gating': 'agreement as_gtsam from_gtsam',

@@ -19,7 +19,7 @@ from tf_tree_py.beyond.corrections.corrected import with_corrections
 from tf_tree_py.beyond.corrections.correction import Correction
 from tf_tree_py.beyond.curves.aided import aided
 from tf_tree_py.beyond.curves.curve import GivenCurve
-from tf_tree_py.beyond.curves.curve_history import CurveHistory
+from tf_tree_py.beyond.curves.insertion import CurveHistory
 from tf_tree_py.core import ExtrapolationException, Pose, TreeFileError
 from tf_tree_py.core.edges.interpolation import Interpolation, LINEAR
 from tf_tree_py.core.edges.protocol import moves

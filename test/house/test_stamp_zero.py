@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from strategies import random_poses
 from tf_tree_py import BufferCore, lookup_twist, lookup_twist_many
-from tf_tree_py.beyond.motion.deskew import deskew
+from tf_tree_py.beyond.motion.scans import deskew
 from tf_tree_py.core import (
     ExtrapolationException,
     LATEST,

@@ -24,9 +24,14 @@ from tf_tree_py import (
     InvalidArgumentException,
     LookupException,
 )
-from tf_tree_py.beyond.motion.cloud_fields import field_column, points_of, write_points
-from tf_tree_py.beyond.motion.deskew import deskew
-from tf_tree_py.beyond.motion.point_times import point_times, UNITS
+from tf_tree_py.beyond.motion.scans import (
+    deskew,
+    field_column,
+    point_times,
+    points_of,
+    UNITS,
+    write_points,
+)
 from tf_tree_py.ros.messages import deskew_cloud as module
 from tf_tree_py.ros.messages.convert import as_nanoseconds, time_message
 from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud

@@ -16,7 +16,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
-from tf_tree_py.beyond.motion.cloud_fields import field_column, points_of, write_points
+from tf_tree_py.beyond.motion.scans import field_column, points_of, write_points
 from tf_tree_py.core import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.ros.messages import point_cloud

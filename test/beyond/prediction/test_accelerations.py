@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tf_tree_py import BufferCore, screws
 from tf_tree_py.beyond.curves.curve import ConstantTwist
-from tf_tree_py.beyond.prediction.accelerations import deviations
+from tf_tree_py.beyond.prediction.past import deviations
 from tf_tree_py.core import InvalidArgumentException, Pose, se3
 from tf_tree_py.core.geometry import so3
 from turning_robot import aided, turning

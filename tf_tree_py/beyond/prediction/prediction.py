@@ -28,8 +28,7 @@ from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
 
-from .accelerations import checked_limits, Limits
-from .past import PastCache
+from .past import checked_limits, Limits, PastCache
 from .trials import forecast, measured_until, start_at
 from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms

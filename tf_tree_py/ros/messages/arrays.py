@@ -23,7 +23,7 @@ from nav_msgs.msg import Odometry, Path
 import numpy as np
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2
-from tf_tree_py.beyond.motion.cloud_fields import points_of
+from tf_tree_py.beyond.motion.scans import points_of
 from tf_tree_py.core import Pose
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array

@@ -11,9 +11,7 @@ import rclpy.logging
 from rclpy.time import Time
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
-from tf_tree_py.beyond.motion.cloud_fields import points_of, write_points
-from tf_tree_py.beyond.motion.deskew import deskew
-from tf_tree_py.beyond.motion.point_times import point_times, PointTimes
+from tf_tree_py.beyond.motion.scans import deskew, point_times, points_of, PointTimes, write_points
 from tf_tree_py.core.stamp import as_seconds, format_span, LATEST, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.text import shorten
 from tf_tree_py.limited_log import LimitedLog

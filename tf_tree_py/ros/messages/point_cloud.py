@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
-from tf_tree_py.beyond.motion.cloud_fields import CODES, float_columns, POINT, scan_points
+from tf_tree_py.beyond.motion.scans import CODES, float_columns, POINT, scan_points
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.so3 import Array
 

@@ -19,8 +19,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py.beyond.motion.cloud_fields import point_count, points_of, scan_points
-from tf_tree_py.beyond.motion.point_times import point_times
+from tf_tree_py.beyond.motion.scans import point_count, point_times, points_of, scan_points
 from tf_tree_py.buffer_core import AllQueries
 from tf_tree_py.core import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry import so3

@@ -2,14 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The times at which the points of a cloud were taken.
+Scans of a moving sensor: their points, when each was taken, and all points at one time.
 
-Drivers use different field names, units and zeros for them.
+A message is an object of rclpy or of rosbags; both have the same fields.
 
-Ouster: ``t``, UINT32, nanoseconds after the header's stamp. Velodyne: ``time``, FLOAT32, seconds
-after (or before) it. Livox: ``offset_time``, UINT32, nanoseconds after it, or ``timestamp``,
-FLOAT64, nanoseconds since 1970. Hesai, RoboSense: ``timestamp``, FLOAT64, seconds since 1970.
-Arguments that the caller does not pass are inferred from these conventions.
+Drivers use different field names, units and zeros for the times of points. Ouster: ``t``, UINT32,
+nanoseconds after the header's stamp. Velodyne: ``time``, FLOAT32, seconds after (or before) it.
+Livox: ``offset_time``, UINT32, nanoseconds after it, or ``timestamp``, FLOAT64, nanoseconds since
+1970. Hesai, RoboSense: ``timestamp``, FLOAT64, seconds since 1970. Arguments that the caller does
+not pass are inferred from these conventions.
+
+A spinning lidar takes a tenth of a second for a scan. On a moving robot, it measures each
+point from a different pose. ``deskew`` moves all points to one time, through a frame that does
+not move meanwhile: it applies ``lookup_full`` to every point.
 """
 
 from collections.abc import Sequence
@@ -19,11 +24,111 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.sample import message_stamp
 from tf_tree_py.core.stamp import format_span, from_seconds, NANOSECONDS_PER_SECOND
-from tf_tree_py.core.times import Mask, Stamps
+from tf_tree_py.core.times import Mask, Stamp, Stamps, StampsLike
+from tf_tree_py.many_stamps import ManyStampQueries
 
-from .cloud_fields import field_column
+POINT = ('x', 'y', 'z')
+
+CODES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}
+"""The types of numbers by the datatype of a PointField, in numpy's notation."""
+
+
+def point_count(cloud: Any) -> int:
+    """Return how many points a cloud has, invalid ones included."""
+    return int(cloud.height * cloud.width)
+
+
+def points_of(cloud: Any, every: int = 1) -> npt.NDArray[np.floating]:
+    """
+    Return a copy of the coordinates, row by row.
+
+    :param every: take every second or third point, and so on, from the first.
+    :return: (N, 3), float32 or float64 as in the cloud.
+    :raises InvalidArgumentException: no x, y and z of a floating type.
+    """
+    columns = float_columns(cloud, POINT)
+    dtype = np.result_type(*(column.dtype for column in columns)).newbyteorder('=')
+    return np.stack([column.reshape(-1)[::every] for column in columns], axis=1, dtype=dtype)
+
+
+def write_points(cloud: Any, points: npt.NDArray[np.floating]) -> None:
+    """Overwrite the coordinates of a cloud by (N, 3), row by row, in place."""
+    for column, values in zip(float_columns(cloud, POINT), points.T, strict=True):
+        column[:] = values.reshape(column.shape)
+
+
+def float_columns(cloud: Any, names: Sequence[str]) -> list[npt.NDArray[np.number]]:
+    """
+    Return ``field_column`` of several fields, which must have a floating type.
+
+    An empty cloud need not have the fields.
+    """
+    if point_count(cloud) == 0:
+        return [np.empty((0, 0), dtype=np.float32) for _ in names]
+    columns = [field_column(cloud, name) for name in names]
+    for name, column in zip(names, columns, strict=True):
+        if column.dtype.kind != 'f':
+            raise InvalidArgumentException(
+                f'The field {name!r} of the cloud holds {column.dtype.name}; only FLOAT32 and '
+                'FLOAT64 can be transformed')
+    return columns
+
+
+def field_column(cloud: Any, name: str) -> npt.NDArray[np.number]:
+    """
+    Return a view of one field of all points: writing to it changes the cloud.
+
+    :return: (rows, columns), which is (1, N) if there is no padding between rows.
+    :raises InvalidArgumentException: there is no such field, or the message contradicts
+        itself about where it is.
+    """
+    field = next((field for field in cloud.fields if field.name == name), None)
+    if field is None:
+        names = ', '.join(field.name for field in cloud.fields) or 'none at all'
+        raise InvalidArgumentException(
+            f'The cloud has no field {name!r}; its fields are: {names}')
+    # Some drivers write a count of 0 where they mean 1.
+    if field.datatype not in CODES or field.count > 1:
+        raise InvalidArgumentException(
+            f'The field {name!r} of the cloud has the datatype {field.datatype} and the count '
+            f'{field.count}, and must be one number of a type from 1 to 8')
+    dtype = np.dtype(CODES[field.datatype]).newbyteorder('>' if cloud.is_bigendian else '<')
+    if field.offset + dtype.itemsize > cloud.point_step:
+        raise InvalidArgumentException(
+            f'The field {name!r} of the cloud begins at byte {field.offset} and does not fit '
+            f'into a point of {cloud.point_step} bytes')
+    rows, columns, row_step = _grid(cloud.height, cloud.width, cloud.point_step, cloud.row_step,
+                                    len(cloud.data))
+    return np.ndarray((rows, columns), dtype, cloud.data, field.offset,
+                      (row_step, cloud.point_step))
+
+
+def _grid(height: int, width: int, step: int, row_step: int, size: int) -> tuple[int, int, int]:
+    """Return rows, columns, and bytes from row to row; one row where there is no padding."""
+    least = width * step
+    used = least if height == 1 else row_step
+    if used < least or size < (height - 1) * used + least:
+        raise InvalidArgumentException(
+            f'The cloud declares {height} x {width} points of {step} bytes, in '
+            f'rows of {row_step} bytes, and has {size} bytes of data')
+    return (1, height * width, used) if used == least else (height, width, used)
+
+
+def scan_points(scan: Any) -> Array:
+    """Return the end point of each ray: (N, 3), NaN where it is invalid."""
+    given = np.array(scan.ranges, dtype=np.float32)
+    # Both in single precision: otherwise a range of exactly range_max would not count.
+    valid = (np.float32(scan.range_min) <= given) & (given <= np.float32(scan.range_max))
+    valid &= np.isfinite(given)
+    ranges = np.where(valid, given, np.nan)
+    angles = scan.angle_min + np.arange(len(ranges)) * float(scan.angle_increment)
+    return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)
+
+
+# --- the times of the points
 
 FIELDS = ('t', 'time', 'timestamp', 'offset_time')
 
@@ -196,3 +301,36 @@ def _reading(name: str, dtype: str, unit: str | float | None, unit_read: str, or
     assumed = [word for word, given in (('unit', unit), ('zero', origin)) if given is None]
     note = f' (assumed: {" and ".join(assumed)})' if assumed else ''
     return f'the field {name!r} ({dtype}) holds {unit_read} from {zero}{note}'
+
+
+# --- deskewing
+
+def deskew(tree: ManyStampQueries, points: npt.ArrayLike, stamps: StampsLike, target_frame: str,
+           source_frame: str, reference_stamp: Stamp, fixed_frame: str = 'odom') -> Any:
+    """
+    Return the coordinates of points in the target frame, all at one time.
+
+    target_p = (target <- fixed at reference_stamp) (fixed <- source at stamp) source_p.
+    To leave a scan in its own frame, pass that frame as target and as source.
+
+    :param tree: a buffer or a snapshot.
+    :param points: (N, 3) metres, each in the source frame at its own stamp.
+    :param stamps: (N,) integer nanoseconds, when each point was taken.
+    :param reference_stamp: nanoseconds; ``LATEST`` for the newest possible.
+    :param fixed_frame: a frame that does not move or jump meanwhile; by REP 105 that is
+        odom, not map.
+    :return: (N, 3) metres, of the points' own floating type. NaN stays NaN.
+    :raises InvalidArgumentException: mismatched shapes, or stamps that are not integers.
+    :raises TransformException: as in ``lookup_many``; the buffer must cover the whole scan.
+    """
+    array = np.asarray(points)
+    count = np.asarray(stamps).shape
+    if array.ndim != 2 or array.shape[1] != 3 or count != array.shape[:1]:
+        raise InvalidArgumentException(
+            f'points must be (N, 3) with stamps (N,), not {array.shape} and {count}')
+    still = tree.snapshot()
+    target_T_fixed = still.lookup(target_frame, fixed_frame, reference_stamp)
+    fixed_T_source = still.lookup_many(fixed_frame, source_frame, stamps)
+    moved = target_T_fixed @ (fixed_T_source @ array)
+    dtype = array.dtype if array.dtype.kind == 'f' else np.dtype(float)
+    return moved.astype(dtype, copy=False)
