@@ -8,8 +8,7 @@ import json
 import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import Pose
-from tf_tree_py.reports.drawings import as_dot, as_mermaid
-from tf_tree_py.reports.frame_graph import frame_graph, RefusedEdge
+from tf_tree_py.reports.frame_graph import as_dot, as_mermaid, frame_graph, RefusedEdge
 
 SECOND = 10**9
 REFUSED = RefusedEdge('base', 'map', ('/calibration',), 3)

@@ -26,18 +26,21 @@ from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.checks.graph import GRAPH_CODES
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.outline import branches
-from tf_tree_py.reports.drawings import (
+from tf_tree_py.reports.frame_graph import (
     as_dot,
     as_mermaid,
+    frame_graph,
+    FrameGraph,
+    GraphEdge,
     label_of,
     label_of_root,
     REFUSED,
+    RefusedEdge,
     ROOT,
     ROOT_ALONE,
     style_of,
     STYLES,
 )
-from tf_tree_py.reports.frame_graph import frame_graph, FrameGraph, GraphEdge, RefusedEdge
 
 from .inputs import nothing_arrived, TreeInput
 from .missing import hint_of
