@@ -30,10 +30,10 @@ from ros_helpers import (
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
 import tf_tree_py as tf
-from tf_tree_py.ros.remote import buffer_client, buffer_server, goal_client, lookup_call
+from tf_tree_py.ros.remote import buffer_client, buffer_server, goal_client, lookup_goal
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import BufferServer, ClosableServer
-from tf_tree_py.ros.remote.lookup_call import State, UNACCEPTED, WANTED
+from tf_tree_py.ros.remote.lookup_goal import State, UNACCEPTED, WANTED
 from unique_identifier_msgs.msg import UUID
 
 ACTION = 'tf2_buffer_server'
@@ -340,15 +340,15 @@ def test_server_that_hangs_is_given_up_after_the_padding_and_told_so(other, clie
 def sent(monkeypatch):
     """Return a list of the goals that are sent from now on."""
     sent = []
-    goal = lookup_call.LookupCall.goal
-    monkeypatch.setattr(lookup_call.LookupCall, 'goal',
+    goal = lookup_goal.LookupCall.goal
+    monkeypatch.setattr(lookup_goal.LookupCall, 'goal',
                         lambda call: sent.append(goal(call)) or sent[-1])
     return sent
 
 
 def test_long_wait_is_asked_for_in_parts(ready, buffer, sent, monkeypatch, pool):
     """So that a server can drop the goals of a client that has died."""
-    monkeypatch.setattr(lookup_call, 'LEASE_S', 0.02)
+    monkeypatch.setattr(lookup_goal, 'LEASE_S', 0.02)
     asked = pool.submit(ready.lookup_transform, 'map', 'base', at(3.0), PATIENCE)
     until(lambda: len(sent) > 3)
     assert sent[-1].timeout.sec == 0
@@ -372,11 +372,11 @@ def simulated(simulated_buffer, serve, client):
 def test_long_wait_outlasts_a_server_with_another_clock(
         simulated, client, sent, sim_clock, monkeypatch, clock):
     if clock == 'stands still':
-        monkeypatch.setattr(lookup_call, 'LEASE_S', 0.02)
+        monkeypatch.setattr(lookup_goal, 'LEASE_S', 0.02)
         # Longer than a busy server takes to accept a goal.
         client.timeout_padding = lasting(3.0)
     else:
-        monkeypatch.setattr(lookup_call, 'QUICK_S', 0.0)
+        monkeypatch.setattr(lookup_goal, 'QUICK_S', 0.0)
     call = client.wait_for_transform_async('map', 'base', LATEST)
     until_waiting(simulated)
     if clock == 'is fast':
@@ -396,7 +396,7 @@ def test_server_that_accepts_nothing_is_given_up(client, sent, pending, monkeypa
     assert len(sent) == 1, 'not again, because its time is over'
     client.timeout_padding = lasting(0.0)
     monkeypatch.setattr(goal_client, 'DISCOVERY_S', 0.0)
-    monkeypatch.setattr(lookup_call, 'ACCEPTANCE_S', 0.02)
+    monkeypatch.setattr(lookup_goal, 'ACCEPTANCE_S', 0.02)
     call = client.wait_for_transform_async('map', 'base', LATEST)
     with pytest.raises(tf.TimeoutException, match='is available, but did not answer'):
         result_of(call)

@@ -11,7 +11,7 @@ from ros_helpers import at, lasting, move, PATIENCE, PATIENCE_S, result_of, unti
 from tf_tree_py import Buffer
 from tf_tree_py.ros.remote.buffer_client import BufferClient
 from tf_tree_py.ros.remote.buffer_server import BufferServer
-from tf_tree_py.ros.remote.lookup_call import State, WANTED
+from tf_tree_py.ros.remote.lookup_goal import State, WANTED
 
 ACTION = 'tf2_buffer_server'
 # A wait of this length is renewed every minute; only the new server can end it.

@@ -32,9 +32,8 @@ from ros_helpers import (
     x_of,
 )
 import tf_tree_py as tf
-from tf_tree_py.ros.waiting.alarm_clock import Alarms
 from tf_tree_py.ros.waiting.clock import ClockWatch, RosClock
-from tf_tree_py.ros.waiting.deadlines import ClockDeadline
+from tf_tree_py.ros.waiting.deadlines import Alarms, ClockDeadline
 
 EXECUTORS = pytest.mark.parametrize('of_type', [SingleThreadedExecutor, MultiThreadedExecutor])
 HOUR = lasting(3600.0)

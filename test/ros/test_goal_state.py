@@ -13,7 +13,7 @@ from itertools import count, product
 from effort import examples
 from hypothesis import strategies as st
 from hypothesis.stateful import invariant, precondition, rule, RuleBasedStateMachine
-from tf_tree_py.ros.remote.lookup_call import Action, Event, Goals, State, UNACCEPTED, WANTED
+from tf_tree_py.ros.remote.lookup_goal import Action, Event, Goals, State, UNACCEPTED, WANTED
 
 MAX_UNACCEPTED = 2
 any_call = st.integers(0, 1000)

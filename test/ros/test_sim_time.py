@@ -76,8 +76,7 @@ def test_paused_clock_times_out_by_the_wall_guard_alone(
 ], ids=['thread', 'future'])
 def test_wait_by_a_clock_that_nobody_publishes_is_logged_once(
         node, listen, talker, pool, capfd, monkeypatch, asks):
-    for module in ('deadlines', 'alarm_clock'):
-        monkeypatch.setattr(f'tf_tree_py.ros.waiting.{module}.STOPPED_S', 0.05)
+    monkeypatch.setattr('tf_tree_py.ros.waiting.deadlines.STOPPED_S', 0.05)
     buffer = listen(node)
     asked = [asks(buffer, pool)]
     logged = []

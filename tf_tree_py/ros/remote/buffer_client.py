@@ -16,8 +16,7 @@ from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import TimeoutException
 
 from .goal_client import GoalClient
-from .lookup_call import LookupCall
-from .lookup_goal import full_goal, simple_goal
+from .lookup_goal import full_goal, LookupCall, simple_goal
 from ..buffer.interface import BufferInterface, check_places, NO_TIME
 from ..messages.convert import as_nanoseconds, as_stamp, DurationLike, TimeLike
 

@@ -29,8 +29,7 @@ from tf2_msgs.action import LookupTransform
 from tf_tree_py.core.buffer.waiting import call_all
 from unique_identifier_msgs.msg import UUID
 
-from .lookup_call import Action, Event, Goals, LookupCall, State, UNACCEPTED, WANTED
-from .lookup_goal import service_qos
+from .lookup_goal import Action, Event, Goals, LookupCall, service_qos, State, UNACCEPTED, WANTED
 from ..threads.internal_node import internal_node, is_running
 from ..threads.responses import Responses
 

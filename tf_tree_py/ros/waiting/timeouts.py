@@ -28,9 +28,8 @@ from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.messages.observers import Observers
 
-from .alarm_clock import Alarms
 from .clock import ClockWatch
-from .deadlines import ClockDeadline
+from .deadlines import Alarms, ClockDeadline
 
 Answer = TypeVar('Answer')
 Taken = TypeVar('Taken', contravariant=True)
