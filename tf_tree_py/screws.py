@@ -12,6 +12,7 @@ Poses are seven floats, as in ``se3``. The scalar form works on tuples of plain 
 whose name ends in ``_many`` on arrays (..., 6) and (..., 7); a test checks that they are equal.
 """
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -20,8 +21,8 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Number, Six, Three, Vector3
 
 __all__ = [
-    'adjoint', 'carry', 'carry_many', 'exp', 'exp_many', 'left_jacobian_many',
-    'left_jacobian_product', 'log', 'log_many', 'Screw', 'Twist',
+    'adjoint', 'carry', 'carry_many', 'cross', 'exp', 'exp_many', 'left_jacobian_many',
+    'left_jacobian_product', 'log', 'log_many', 'plus', 'Screw', 'times', 'Twist',
 ]
 
 Screw = Six[float]
@@ -118,6 +119,28 @@ def adjoint(a_T_b: PoseTuple) -> Array:
     """Return the matrix (6, 6) that transforms a screw from b to a, as ``carry`` does."""
     return carry_many(np.array(a_T_b), np.eye(6)).T
 
+
+# --- sums and products
+
+def times(factor: Number, screw: Sequence[Number]) -> Six[Number]:
+    """Return a multiple of a screw."""
+    a, b, c, d, e, f = screw
+    return factor * a, factor * b, factor * c, factor * d, factor * e, factor * f
+
+
+def plus(one: Screw, factor: float, other: Screw) -> Screw:
+    """Return one + factor other."""
+    a, b, c, d, e, f = one
+    g, h, i, j, k, m = times(factor, other)
+    return a + g, b + h, c + i, d + j, e + k, f + m
+
+
+def cross(a: Sequence[Number], b: Sequence[Number]) -> Three[Number]:
+    """Return the cross product of two vectors."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+# --- Jacobians
 
 # The coefficients of [w] and [w]^2 in the left Jacobian V and in its inverse, as functions of
 # t^2. Below t = 0.1 the closed forms suffer from cancellation, and their Taylor series to t^6

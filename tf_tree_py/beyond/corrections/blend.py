@@ -15,6 +15,7 @@ from collections.abc import Callable
 import math
 from typing import NamedTuple
 
+from tf_tree_py import screws
 from tf_tree_py.core.geometry.so3 import Number, Six
 
 Vector6 = Six[float]
@@ -176,7 +177,7 @@ def _fastest(offset: Vector6, distance: float, rate: float, most: float, acceler
     first, last = abs(peak - rate) / acceleration, abs(peak) / acceleration
     rest = distance - 0.5 * (rate + peak) * first - 0.5 * peak * last
     cruise = max(rest / peak, 0.0) if peak else 0.0
-    line = _times(-1.0 / (distance if distance >= _NOTHING else rate), offset)
+    line = screws.times(-1.0 / (distance if distance >= _NOTHING else rate), offset)
     return Course(line, wait, rate, first, peak, cruise, last)
 
 
@@ -201,8 +202,9 @@ class Plan(NamedTuple):
         """Return the rate of the offset after some seconds."""
         rate = rate_of(seconds, self.main)
         if self.aside is STANDING:
-            return _times(rate, self.main.line)
-        return _sum(rate, self.main.line, rate_of(seconds, self.aside), self.aside.line)
+            return screws.times(rate, self.main.line)
+        return screws.plus(screws.times(rate, self.main.line), rate_of(seconds, self.aside),
+                           self.aside.line)
 
 
 AT_REST = Plan(STANDING, STANDING, Scale(1.0, 1.0, math.inf, 0.0), 0.0)
@@ -227,13 +229,13 @@ def _courses(offset: Vector6, rates: Vector6, scale: Scale,
     towards, aside = 0.0, rates
     if distance >= _NOTHING:
         towards = -scale.product(offset, rates) / distance
-        aside = _sum(1.0, rates, towards / distance, offset)
+        aside = screws.plus(rates, towards / distance, offset)
     across = scale.norm(aside)
     if across > _MOST_ASIDE * scale.most:
         return _anew(offset, rates, scale, acceleration)
     most = math.sqrt(scale.most**2 - across**2) if scale.most < math.inf else math.inf
     return (_fastest(offset, distance, towards, most, acceleration),
-            _fastest(_times(-1.0, aside), 0.0, across, math.inf, acceleration))
+            _fastest(screws.times(-1.0, aside), 0.0, across, math.inf, acceleration))
 
 
 def _anew(offset: Vector6, rates: Vector6, scale: Scale,
@@ -245,8 +247,9 @@ def _anew(offset: Vector6, rates: Vector6, scale: Scale,
     The new line begins when the old one is within the limit.
     """
     speed = scale.norm(rates)
-    braking = Course(_times(1.0 / speed, rates), 0.0, speed, speed / acceleration, 0.0, 0.0, 0.0)
-    left = _sum(1.0, offset, 0.5 * speed / acceleration, rates)
+    line = screws.times(1.0 / speed, rates)
+    braking = Course(line, 0.0, speed, speed / acceleration, 0.0, 0.0, 0.0)
+    left = screws.plus(offset, 0.5 * speed / acceleration, rates)
     wait = max(speed - scale.most, 0.0) / acceleration
     return _fastest(left, scale.norm(left), 0.0, scale.most, acceleration, wait), braking
 
@@ -287,14 +290,3 @@ def _to_limit(too_fast: float, scale: Scale, before: Plan) -> float:
     """
     return max(2.0 * too_fast / scale.seconds,
                before.main.acceleration, before.aside.acceleration)
-
-
-def _times(factor: float, vector: Vector6) -> Vector6:
-    a, b, c, d, e, f = vector
-    return (factor * a, factor * b, factor * c, factor * d, factor * e, factor * f)
-
-
-def _sum(p: float, a: Vector6, q: float, b: Vector6) -> Vector6:
-    """Return p a + q b."""
-    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2],
-            p * a[3] + q * b[3], p * a[4] + q * b[4], p * a[5] + q * b[5])

@@ -21,6 +21,7 @@ from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.screws import cross
 
 from .blend import BlendLimits, planned, scale_of
 from .stage import ORIGIN, Stage, stage_of, Stages
@@ -161,18 +162,14 @@ def _rates(before: Stage, begin: int, here: PoseTuple, about: Vector3,
     turn = before.offset_at(begin)[3]
     lever = so3.rotate(here[3:], _difference(about, before.about))
     own = so3.rotate(before.motion[3:], own_turn())
-    ahead = _cross(own, so3.rotate(so3.conjugate(turn), lever))
-    (a, b, c), (d, e, f), (g, h, i) = _cross(turning, lever), so3.rotate(turn, ahead), ahead
+    ahead = cross(own, so3.rotate(so3.conjugate(turn), lever))
+    (a, b, c), (d, e, f), (g, h, i) = cross(turning, lever), so3.rotate(turn, ahead), ahead
     x, y, z = velocity
     return (x + a + d - g, y + b + e - h, z + c + f - i), turning
 
 
 def _difference(a: Vector3, b: Vector3) -> Vector3:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def _cross(a: Vector3, b: Vector3) -> Vector3:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 class Measured:

@@ -11,6 +11,7 @@ at many stamps evaluate it as the track of an edge.
 import math
 
 import numpy as np
+from tf_tree_py import screws
 from tf_tree_py.core.errors import InvalidArgumentException, no_truth
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.poses import PosesLike
@@ -276,7 +277,7 @@ class Spline:
         :raises InvalidArgumentException: the stamp is outside the spline.
         """
         twist, _ = rates_on(self.group, *self._piece(self._inside(stamp)))
-        return _scaled(twist, NANOSECONDS_PER_SECOND / self.knot_period)
+        return screws.times(NANOSECONDS_PER_SECOND / self.knot_period, twist)
 
     def acceleration(self, stamp: Stamp) -> Screw:
         """
@@ -287,7 +288,7 @@ class Spline:
         :raises InvalidArgumentException: the stamp is outside the spline.
         """
         _, bend = rates_on(self.group, *self._piece(self._inside(stamp)))
-        return _scaled(bend, (NANOSECONDS_PER_SECOND / self.knot_period) ** 2)
+        return screws.times((NANOSECONDS_PER_SECOND / self.knot_period) ** 2, bend)
 
     def sample(self, stamp: int) -> PoseTuple:
         """Return the pose at a stamp within the spline, as plain floats."""
@@ -372,8 +373,3 @@ class Spline:
 
 def _restored(begin: int, knot_period: int, knots: Array, latest: int, on_se3: bool) -> Spline:
     return Spline(begin, knot_period, knots, latest, SE3 if on_se3 else SPLIT)
-
-
-def _scaled(tangent: tuple[float, ...], factor: float) -> Screw:
-    a, b, c, d, e, f = tangent
-    return factor * a, factor * b, factor * c, factor * d, factor * e, factor * f

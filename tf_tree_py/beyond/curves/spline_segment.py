@@ -106,7 +106,7 @@ def poses_on(group: Group, first: Array, steps: Array, u: Array) -> Array:
 def _along(group: Group, exp: Callable[[Six[Number]], Seven[Number]], pose: Seven[Number],
            steps: Steps[Number], u: Number) -> Seven[Number]:
     for weight, step in zip(weights(u), steps, strict=True):
-        pose = group.compose(pose, exp(_times(weight, step)))
+        pose = group.compose(pose, exp(screws.times(weight, step)))
     return pose
 
 
@@ -134,10 +134,10 @@ def _rates(group: Group, exp: Callable[[Six[Number]], Seven[Number]], steps: Ste
     rate = bend = _ZERO
     for weight, speed, change, step in zip(
             weights(u), _weight_rates(u), _weight_bends(u), steps, strict=True):
-        back = exp(_times(-weight, step))
-        rate = _plus(group.adjoint(back, rate), _times(speed, step))
-        bend = _plus(_plus(group.adjoint(back, bend), _times(change, step)),
-                     _times(speed, group.bracket(rate, step)))
+        back = exp(screws.times(-weight, step))
+        rate = _plus(group.adjoint(back, rate), screws.times(speed, step))
+        bend = _plus(_plus(group.adjoint(back, bend), screws.times(change, step)),
+                     screws.times(speed, group.bracket(rate, step)))
     return rate, bend
 
 
@@ -156,19 +156,8 @@ def moved(group: Group, a: Array, tangents: Array) -> Array:
     return np.stack(group.compose(tuple(a), group.exp_many(tuple(tangents))))
 
 
-def _times(factor: Number, tangent: Sequence[Number]) -> Six[Number]:
-    a, b, c, d, e, f = tangent
-    return factor * a, factor * b, factor * c, factor * d, factor * e, factor * f
-
-
 def _plus(one: Iterable[Number], other: Iterable[Number]) -> tuple[Any, ...]:
     return tuple(a + b for a, b in zip(one, other, strict=True))
-
-
-def _cross(a: Sequence[Number], b: Sequence[Number]) -> Three[Number]:
-    ax, ay, az = a
-    bx, by, bz = b
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 # --- R^3 x SO(3)
@@ -204,7 +193,7 @@ def _split_adjoint(pose: Seven[Number], tangent: Six[Number]) -> Six[Number]:
 
 
 def _split_bracket(a: Six[Number], b: Sequence[Number]) -> Six[Number]:
-    return _ZERO[:3] + _cross(a[3:], b[3:])
+    return _ZERO[:3] + screws.cross(a[3:], b[3:])
 
 
 def _split_in_childs_axes(pose: Seven[Number], rate: Six[Number],
@@ -231,16 +220,17 @@ def _log_many(pose: Seven[Array]) -> Six[Array]:
 
 def _adjoint(pose: Seven[Number], tangent: Six[Number]) -> Six[Number]:
     w = so3.rotate(pose[3:], tangent[3:])
-    return _plus(so3.rotate(pose[3:], tangent[:3]), _cross(pose[:3], w)) + w
+    return _plus(so3.rotate(pose[3:], tangent[:3]), screws.cross(pose[:3], w)) + w
 
 
 def _bracket(a: Six[Number], b: Sequence[Number]) -> Six[Number]:
-    return _plus(_cross(a[3:], b[:3]), _cross(a[:3], b[3:])) + _cross(a[3:], b[3:])
+    moved, turned = screws.cross(a[:3], b[3:]), screws.cross(a[3:], b[3:])
+    return _plus(screws.cross(a[3:], b[:3]), moved) + turned
 
 
 def _in_childs_axes(pose: Seven[Number], rate: Six[Number], bend: Six[Number]) -> Rates[Number]:
     """Return the twist, and the acceleration with the term for the rotation of the axes."""
-    return rate, _plus(bend[:3], _cross(rate[3:], rate[:3])) + bend[3:]
+    return rate, _plus(bend[:3], screws.cross(rate[3:], rate[:3])) + bend[3:]
 
 
 SPLIT = Group('R3 x SO(3)', _split_compose, _split_inverse, _split_exp, _split_exp_many,

@@ -100,7 +100,7 @@ def _twist_at(tree: ManyStampQueries, tracking_frame: str, observation_frame: st
                 factor = NANOSECONDS_PER_SECOND / length
             else:
                 own, factor = tuple(known[0].tolist()), 1.0
-            twist = _plus(carry(se3.inverse(now), twist), own, factor)
+            twist = screws.plus(carry(se3.inverse(now), twist), factor, own)
 
     # If all edges between the two are static, LATEST has no stamp.
     look = tree.lookup_at if moving or stamp != LATEST else tree.lookup
@@ -220,11 +220,3 @@ def _twists_between(tree: ManyStampQueries, near: str, far: str, stamps: Stamps)
             return twists
         # The twist of the inverse is -Ad_A V: Lynch, Park, "Modern Robotics", section 3.3.
         return -carry_many(history.track(*ends_of(stamps)).at(stamps).T, twists)
-
-
-def _plus(a: Screw, b: Screw, factor: float) -> Screw:
-    """Return a + factor b."""
-    ax, ay, az, au, av, aw = a
-    bx, by, bz, bu, bv, bw = b
-    return (ax + factor * bx, ay + factor * by, az + factor * bz,
-            au + factor * bu, av + factor * bv, aw + factor * bw)

@@ -32,7 +32,7 @@ from tf_tree_py.core.times import Indices, Stamps
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.screws import Twist
 
-from .trials import check_size, LATELY, Packed, Start, times, Trials, TWIST_OVER, unchanged_until
+from .trials import check_size, LATELY, Packed, Start, Trials, TWIST_OVER, unchanged_until
 from ..uncertainty.covariances import DIAGONAL
 
 Limits = Sequence[float]
@@ -318,8 +318,8 @@ class Past:
         limits = self._limits.largest(
             history, max(oldest, self._since), start.stamp) if given is None else given
         errors = deviations(
-            times(start.twist, second), limits, given is None, max(period, TWIST_OVER) / second,
-            ahead / second, (until - start.stamp) / second)
+            screws.times(second, start.twist), limits, given is None,
+            max(period, TWIST_OVER) / second, ahead / second, (until - start.stamp) / second)
         check_size(history, max(errors))
         covariance = self._trials.moment(history, start, ahead, until, period)
         for index, error in zip(_DIAGONAL, errors, strict=True):

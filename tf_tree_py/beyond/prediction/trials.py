@@ -58,7 +58,7 @@ def start_at(history: MovingHistory, stamp: int) -> Start:
             'has one under this parent')
     before, now = history.sample(stamp - length), history.sample(stamp)
     moved = se3.compose(se3.inverse(before), now)
-    return Start(stamp, now, times(screws.log(moved), 1.0 / length))
+    return Start(stamp, now, screws.times(1.0 / length, screws.log(moved)))
 
 
 def forecast(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:
@@ -77,7 +77,7 @@ def motion(history: MovingHistory, start: Start, end: int, until: int) -> PoseTu
         turn, half = (turn_of(history, begin, stamp) for stamp in (until, (begin + until) // 2))
         if turn is not None and half is not None:
             return _turned_motion(start.twist, until - begin, end - until, half, turn)
-    return screws.exp(times(start.twist, end - begin))
+    return screws.exp(screws.times(end - begin, start.twist))
 
 
 def measured_until(history: MovingHistory, begin: int, end: int) -> int:
@@ -99,16 +99,10 @@ def _turned_motion(twist: Twist, measured: int, rest: int, half: so3.Quaternion,
         continues after that.
     :param half: the rotation after half of the measured time; ``turn``: after all of it.
     """
-    way = times(twist, measured)[:3]
+    way = screws.times(measured, twist)[:3]
     first, middle, last = way, so3.rotate(half, way), so3.rotate(turn, way)
     x, y, z = ((a + 4.0 * b + c) / 6.0 for a, b, c in zip(first, middle, last, strict=True))
-    return se3.compose((x, y, z, *turn), screws.exp(times(twist, rest)))
-
-
-def times(twist: Twist, factor: float) -> Twist:
-    """Return a multiple of a twist."""
-    vx, vy, vz, wx, wy, wz = twist
-    return (factor * vx, factor * vy, factor * vz, factor * wx, factor * wy, factor * wz)
+    return se3.compose((x, y, z, *turn), screws.exp(screws.times(rest, twist)))
 
 
 def unchanged_until(history: MovingHistory, late: int) -> int:
