@@ -67,7 +67,7 @@ class QueuesMachine(RuleBasedStateMachine):
     @rule(number=numbers)
     def leave(self, number):
         self.everybody[number].end()
-        assert not self.everybody[number].waits
+        assert not self.everybody[number].places
         self.everybody[number] = Blocked(self.waiting, self.woken)
         self.model.pop(number, None)
 
@@ -90,7 +90,7 @@ class QueuesMachine(RuleBasedStateMachine):
         assert sorted(numbers) == sorted(expected)
         self.woken.clear()
         for number in expected:
-            assert not self.everybody[number].waits
+            assert not self.everybody[number].places
             del self.model[number]
 
     @invariant()

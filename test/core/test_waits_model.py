@@ -49,7 +49,7 @@ class Sleeper:
 
     @property
     def sleeps(self):
-        return self.inquiry.waits
+        return self.inquiry.places
 
     def should_sleep(self):
         """Return whether a lookup now fails with an error that later data may resolve."""

@@ -79,8 +79,9 @@ def test_each_message_wakes_the_loop_anew(node, talker, spinner, begin):
         spin_until(spinner, lambda second=second: buffer.can_transform('map', 'odom', at(second)))
 
 
+@pytest.mark.parametrize('timeout', [[], [lasting(0.001)]], ids=['no timeout', 'a short timeout'])
 def test_callback_sees_the_transform_that_was_sent_before_its_message(
-        node, talker, spinner, begin, monkeypatch):
+        node, talker, spinner, begin, monkeypatch, timeout):
     """As in tf2, where one thread reads both; here another thread reads transforms."""
     import tf2_ros
     insert_batch = tf2_ros.Buffer.insert_batch
@@ -96,7 +97,7 @@ def test_callback_sees_the_transform_that_was_sent_before_its_message(
     begin(buffer, node)
     publisher = talker.node.create_publisher(Header, 'image', 10)
     node.create_subscription(Header, 'image', lambda header: found.append(
-        buffer.lookup_transform('map', 'base', header.stamp).header.stamp), 10)
+        buffer.lookup_transform('map', 'base', header.stamp, *timeout).header.stamp), 10)
     until(publisher.get_subscription_count)
     for second in range(1, 6):
         talker.move(transform('map', 'base', second))

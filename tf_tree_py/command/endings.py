@@ -32,16 +32,16 @@ class Cannot(Exception):
 
 
 @contextmanager
-def cannot_after(*errors: type[Exception], kind: type[Cannot] = Cannot) -> Iterator[None]:
+def cannot_after(*errors: type[Exception], ending: type[Cannot] = Cannot) -> Iterator[None]:
     """
     Raise ``Cannot`` instead of errors whose texts are sentences for users.
 
-    :param kind: a subclass of it.
+    :param ending: a subclass of it.
     """
     try:
         yield
     except errors as error:
-        raise kind(str(error)) from error
+        raise ending(str(error)) from error
 
 
 @contextmanager

@@ -38,11 +38,6 @@ def listed(names: Sequence[str], most: int = 5, longest: int = 80) -> str:
     return first + (f' and {len(names) - most} more' if len(names) > most else '')
 
 
-def times(count: int) -> str:
-    """Return a number of times, in words."""
-    return {1: 'once', 2: 'twice'}.get(count, f'{count} times')
-
-
 # --- suggestions
 
 # More names than this, and long names, are not compared, because that takes too long.

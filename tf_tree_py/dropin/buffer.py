@@ -238,6 +238,14 @@ class BufferCore(OurBuffer):
                 catch_up(LONGEST_S)
         return lookup(*question)
 
+    def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
+        try:
+            return query()  # without the lock, so that it catches up
+        except TransformException as error:
+            if error.blocked_on is None:
+                raise
+        return super()._wait(duration, query)
+
     def join_spinning_thread(self, node: Node, catch_up: _CatchUp, *,
                              wake_always: bool) -> Callable[[], None]:
         """

@@ -8,7 +8,8 @@ Many programs import it together with tf2_ros. Axis sequences are those of Gohlk
 transformations.py: ``s`` for fixed axes or ``r`` for rotating axes, and the three axes in the
 order of the angles, such as ``sxyz``. Where several answers are right, such as a quaternion and
 its negative, an axis and its opposite, or the angles in gimbal lock, the answer is that of the
-original package. The rarer matrices and the Arcball have files of their own.
+original package. The rarer matrices and the Arcball are in
+``rarer_matrices``.
 """
 
 from collections.abc import Sequence

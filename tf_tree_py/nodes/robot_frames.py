@@ -43,8 +43,8 @@ class MessageTemplate:
         ends = list(accumulate((len(write([samples[0], sample])) - first
                                 for sample in samples[1:]), initial=first))[:len(samples)]
         self._words, self._doubles = (
-            np.frombuffer(self._data, kind, (len(self._data) - ENCAPSULATION_BYTES) // width,
-                          ENCAPSULATION_BYTES) for kind, width in (('<i4', 4), ('<f8', 8)))
+            np.frombuffer(self._data, form, (len(self._data) - ENCAPSULATION_BYTES) // width,
+                          ENCAPSULATION_BYTES) for form, width in (('<i4', 4), ('<f8', 8)))
         begins = np.array([ByteCursor.head, *ends][:len(samples)], np.intp)
         self._stamps = (begins - ENCAPSULATION_BYTES) // 4
         poses = np.array(ends, np.intp) - POSE_BYTES

@@ -103,7 +103,7 @@ def _covariance(value: object) -> Array | None:
         raise BadInput(f'the covariance is {value!r:.60}; it must be a list of six variances, '
                        'or of 36 numbers')
     numbers = np.array([_number('a number of the covariance', number) for number in value])
-    with cannot_after(InvalidArgumentException, kind=BadInput):
+    with cannot_after(InvalidArgumentException, ending=BadInput):
         return checked_covariance(np.diag(numbers) if len(numbers) == 6 else numbers)
 
 

@@ -128,7 +128,7 @@ def uplink(node: Node, values: Values) -> Uplink:
     if not robot:
         raise BadInput('the name of this robot is missing: give --robot NAME, or run in its '
                        'namespace (--ros-args -r __ns:=/robot1)')
-    with cannot_after(FleetError, kind=BadInput):
+    with cannot_after(FleetError, ending=BadInput):
         return Uplink(values['zenoh'] or None, robot, config=values['zenoh_config'] or None,
                       key_prefix=values['key_prefix'])
 
@@ -145,7 +145,7 @@ class FleetInput(Observer):
         self._moving, self._static = moving, static
         shared: Collection[str] = values['shared_frames'] or ['map']
         self._shared = frozenset(shared)
-        with cannot_after(FleetError, kind=BadInput):
+        with cannot_after(FleetError, ending=BadInput):
             self._listener = FleetListener(
                 values['from_zenoh'], values['robots'].split(','), shared_frames=shared,
                 config=values['zenoh_config'] or None, key_prefix=values['key_prefix'])

@@ -209,7 +209,7 @@ class UrdfBroadcaster(ClosingNode):
                 "Command(['cat ', FILE]) or Command(['xacro ', FILE])")
         read = self._read if self._read is not None and self._read.text == text else None
         text_name = f'parameter {_DESCRIBED}' if read is None else str(read.files[0])
-        with cannot_after(DescriptionError, kind=BadInput):
+        with cannot_after(DescriptionError, ending=BadInput):
             return Robot.parse(text, text_name, None if read is None else read.places)
 
     def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:

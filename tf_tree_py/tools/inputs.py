@@ -63,10 +63,10 @@ class TreeInput(Closable):
         """Return the parts that cannot be read, one sentence each."""
         return []
 
-    def findings(self, doctor: Doctor) -> list[Finding]:
+    def findings(self, doctor: Doctor, now: int | None = None) -> list[Finding]:
         """Show the graph to a doctor that observes the buffer; return the present findings."""
         doctor.endpoints, doctor.graph = self.endpoints(), self.graph()
-        return doctor.findings(self.now())
+        return doctor.findings(self.now() if now is None else now)
 
 
 def note_switches(reports: SwitchReports, statuses: Iterable[Any], buffer: BufferCore) -> None:

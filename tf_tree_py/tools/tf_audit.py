@@ -18,7 +18,7 @@ from tf_tree_py.command.arguments import console, fields, Parser, print_json, st
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER
 from tf_tree_py.core.stamp import format_span
-from tf_tree_py.core.text import times
+from tf_tree_py.health.checks.finding import times
 from tf_tree_py.reports.audit import Line, read
 
 NAME = 'tf_audit'

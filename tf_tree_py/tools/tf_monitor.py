@@ -120,11 +120,12 @@ def _looks(tree_input: TreeInput, doctor: Doctor, arguments: Namespace) -> Itera
 
 def _look(tree_input: TreeInput, doctor: Doctor, monitor: Monitor, arguments: Namespace,
           now: float) -> TableContent:
-    findings = [one for one in tree_input.findings(doctor) if one.severity is not Severity.NOTE]
-    rows, chain = _named(monitor.look(now, findings, tree_input.now()), tree_input), None
+    at = tree_input.now()
+    findings = [one for one in tree_input.findings(doctor, at)
+                if one.severity is not Severity.NOTE]
+    rows, chain = _named(monitor.look(now, findings, at), tree_input), None
     if arguments.target:
-        chain = explain(tree_input.buffer, arguments.target, arguments.source,
-                        now=tree_input.now())
+        chain = explain(tree_input.buffer, arguments.target, arguments.source, now=at)
         wanted = {(edge.info.parent, edge.info.child) for edge in chain.edges}
         rows = [row for row in rows if (row.signs.parent, row.signs.child) in wanted]
         findings = [one for one in findings if any(one in row.findings for row in rows)]

@@ -57,7 +57,7 @@ class SplineTrack:
     """
     A spline for the stamps from a first to a last.
 
-    Its knots cut each piece into parts that are short enough for polynomials; see ``motion``.
+    Its knots cut each piece into parts that are short enough for polynomials.
     """
 
     def __init__(self, spline: 'Spline', first: int, last: int) -> None:

@@ -177,23 +177,26 @@ class Waiting:
     # --- for threads that wait
 
     def wait_for(self, query: Callable[[], Answer],
-                 begin: Callable[[TransformException], Deadline]) -> Answer:
+                 begin: Callable[[TransformException], Deadline | None]) -> Answer:
         """
         Block the thread until a query has an answer; see ``PlainBuffer.wait_for``.
 
         :param begin: called with the lock, if the query fails and waiting may help: returns how
-            long to wait, or raises.
+            long to wait; None: not at all.
         """
-        with self.lock:
-            try:
-                return query()
-            except TransformException as error:
-                if error.blocked_on is None:
-                    raise
-                deadline, event = begin(error), threading.Event()
-                inquiry = Inquiry(self, query, event.set)
-                self._enter(inquiry, error.blocked_on)
+        inquiry: Inquiry[Answer] | None = None
+        deadline: Deadline | None = None
         try:
+            with self.lock:
+                try:
+                    return query()
+                except TransformException as error:
+                    deadline = begin(error) if error.blocked_on is not None else None
+                    if error.blocked_on is None or deadline is None:
+                        raise
+                    event = threading.Event()
+                    inquiry = Inquiry(self, query, event.set)
+                    self._enter(inquiry, error.blocked_on)
             while True:
                 over = not deadline.wait(event)
                 event.clear()
@@ -201,10 +204,12 @@ class Waiting:
                 if answered is not None:
                     return answered.value
         except TransformException as error:
-            error.waited_s = deadline.elapsed_s()
+            if deadline is not None:
+                error.waited_s = deadline.elapsed_s()
             raise
         finally:
-            inquiry.end()
+            if inquiry is not None:
+                inquiry.end()
 
     # --- for code that changes the tree
 
@@ -290,7 +295,7 @@ class Inquiry(Generic[Answer]):
 
     :ivar wake: called, without the lock, when the query should run again.
     :ivar number: of its last entry into the queues; orders those that need the same stamp.
-    :ivar places: the queues in which it stands now.
+    :ivar places: the queues in which it stands now; none if what blocks it has changed.
     :ivar over: whether it has ended.
     """
 
@@ -308,11 +313,6 @@ class Inquiry(Generic[Answer]):
         self.number, self.over = 0, False
         self._waiting, self._query = waiting, query
         self._failure_before = waiting._failure
-
-    @property
-    def waits(self) -> bool:
-        """Return whether it stands in a queue: nothing that blocks it has changed."""
-        return bool(self.places)
 
     def ask(self, *, once_more: bool = True,
             before_waiting: Callable[[], None] | None = None) -> Answered[Answer] | None:

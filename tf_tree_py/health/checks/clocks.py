@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from tf_tree_py.core.messages.incidents import is_ambiguous
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, is_dead
-from tf_tree_py.core.text import listed, times
+from tf_tree_py.core.text import listed
 
 from .case import Case, Delays, is_always_frozen, is_frozen, is_frozen_now, timing_of
-from .finding import check, of_edge, of_edges, Remark, Severity
+from .finding import check, of_edge, of_edges, Remark, Severity, times
 from ..measures.edge_record import EdgeRecord, MovingEdge
 from ..measures.grouping import grouped
 

@@ -185,3 +185,8 @@ def names_of(authorities: Iterable[str]) -> tuple[str, ...]:
     """Return all nodes that the authorities may mean, each once."""
     return tuple(dict.fromkeys(name for authority in authorities
                                for name in candidates(authority)))
+
+
+def times(count: int) -> str:
+    """Return a number of times, in words."""
+    return {1: 'once', 2: 'twice'}.get(count, f'{count} times')

@@ -7,10 +7,9 @@ from collections.abc import Collection, Iterator
 from math import degrees
 
 from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds
-from tf_tree_py.core.text import times
 
 from .case import Case
-from .finding import check, Number, of_edge, Remark, Severity
+from .finding import check, Number, of_edge, Remark, Severity, times
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge
 from ..measures.motion import Jump
 

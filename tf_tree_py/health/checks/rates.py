@@ -19,10 +19,9 @@ from tf_tree_py.core.stamp import (
     SILENCE,
     silence_allowed,
 )
-from tf_tree_py.core.text import times
 
 from .case import Case, is_frozen, timing_of
-from .finding import check, of_edge, of_edges, Remark, Severity
+from .finding import check, of_edge, of_edges, Remark, Severity, times
 from ..measures.edge_record import EdgeRecord, is_stale, MovingEdge, silence_of
 from ..measures.spread import median, quantiles
 from ..measures.timing import Timing

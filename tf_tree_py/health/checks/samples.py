@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.stamp import format_span, format_stamp, SILENCE
-from tf_tree_py.core.text import listed, times
+from tf_tree_py.core.text import listed
 
 from .case import Case, Delays, timing_of
-from .finding import check, of_edge, of_edges, of_trouble, Remark, Severity
+from .finding import check, of_edge, of_edges, of_trouble, Remark, Severity, times
 from ..measures.edge_record import EdgeRecord
 from ..measures.grouping import grouped
 

@@ -9,7 +9,7 @@ import re
 from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.core.messages.observers import Endpoint
 from tf_tree_py.core.stamp import format_span, from_seconds
-from tf_tree_py.core.text import listed, shorten, times
+from tf_tree_py.core.text import listed, shorten
 
 from .case import Case
 from .clocks import overlap, was_short
@@ -22,6 +22,7 @@ from .finding import (
     of_trouble,
     Remark,
     Severity,
+    times,
 )
 from .pieces import are_robots
 from ..measures.edge_record import EdgeRecord, MovingEdge

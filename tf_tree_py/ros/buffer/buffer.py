@@ -260,22 +260,22 @@ class Buffer(CoreApi, BufferInterface):
         return self.observers.watch(lookups, self._wait, duration, query)
 
     def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
-        begun: ClockDeadline | None = None
+        deadline: ClockDeadline | None = None
 
-        def begin(error: TransformException) -> ClockDeadline:
-            nonlocal begun
+        def begin(error: TransformException) -> ClockDeadline | None:
+            nonlocal deadline
             if self.feeds.deliver_in(threading.current_thread()):
                 error.hint = ('Did not wait: this thread delivers the transforms, so waiting '
                               'in it would only delay them')
-                raise error
-            begun = self.timeouts.deadline(duration)
-            return begun
+            else:
+                deadline = self.timeouts.deadline(duration)
+            return deadline
 
         try:
             return self.waiting.wait_for(query, begin)
         except TransformException as error:
-            if begun is not None:
-                begun.explain(error)
+            if deadline is not None:
+                deadline.explain(error)
             raise
 
     def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return

@@ -39,13 +39,13 @@ _STEADY_TIME = ClockType.STEADY_TIME.value
 _LONGEST_UPTIME = 10**18
 
 
-def as_nanoseconds(time: Any, cls: type[Duration | Time] = Duration) -> int:
+def as_nanoseconds(time: Any, expected: type[Duration | Time] = Duration) -> int:
     """
     Return a time or a duration as integer nanoseconds.
 
     :param time: an rclpy ``Time`` or ``Duration``, their messages, or anything with
         ``nanoseconds`` or with ``sec`` and ``nanosec``.
-    :param cls: what was expected, for the error.
+    :param expected: what is named in the error.
     :raises TypeError: none of these, as in tf2: a caller would take a TransformException for a
         transform that is not available yet.
     """
@@ -56,17 +56,18 @@ def as_nanoseconds(time: Any, cls: type[Duration | Time] = Duration) -> int:
             nanoseconds = time.sec * NANOSECONDS_PER_SECOND + time.nanosec
         except AttributeError:
             what_to_pass = ('a time: pass a header.stamp or an rclpy.time.Time'
-                            if cls is Time else 'a duration: pass an rclpy.duration.Duration')
-            raise TypeError(f'{time!r} is not {what_to_pass}{_in_seconds(time, cls)}') from None
+                            if expected is Time else 'a duration: pass an rclpy.duration.Duration')
+            raise TypeError(
+                f'{time!r} is not {what_to_pass}{_in_seconds(time, expected)}') from None
     return nanoseconds  # type: ignore[no-any-return]
 
 
-def _in_seconds(time: object, cls: type[Duration | Time]) -> str:
+def _in_seconds(time: object, expected: type[Duration | Time]) -> str:
     """Return how to write a number of seconds as a ``Duration`` or a ``Time``."""
     seconds = time.total_seconds() if isinstance(time, timedelta) else time
     if isinstance(seconds, bool) or not isinstance(seconds, float | int):
         return ''
-    return f'; {seconds} s is {cls.__name__}(seconds={seconds})'
+    return f'; {seconds} s is {expected.__name__}(seconds={seconds})'
 
 
 def as_stamp(time: Any, is_simulated: Callable[[], bool]) -> int:

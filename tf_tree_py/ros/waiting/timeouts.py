@@ -134,7 +134,7 @@ class Wait(Generic[Answer]):
     @property
     def is_being_woken(self) -> bool:
         """Return whether the query is due to run again, because the missing data has arrived."""
-        return not self._inquiry.waits
+        return not self._inquiry.places
 
     def ask(self, *, once_more: bool = True) -> None:
         """
