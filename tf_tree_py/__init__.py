@@ -59,7 +59,6 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     from tf_tree_py.ros.buffer.tf2_methods import velocity_stamped
     from tf_tree_py.ros.diagnostics import TransformDiagnostics
     from tf_tree_py.ros.filtering.message_filter import Drop, MessageFilter
-    from tf_tree_py.ros.messages.arrays import as_matrix, as_points
     from tf_tree_py.ros.messages.convert import (
         as_nanoseconds,
         as_pose,
@@ -67,6 +66,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
         transform_stamped,
     )
     from tf_tree_py.ros.messages.deskew_cloud import deskew_cloud
+    from tf_tree_py.ros.messages.do_transform import as_matrix, as_points
     from tf_tree_py.ros.messages.registry import (
         convert,
         ConvertRegistration,
@@ -121,9 +121,9 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'ros.buffer.tf2_methods': 'velocity_stamped',
         'ros.diagnostics': 'TransformDiagnostics',
         'ros.filtering.message_filter': 'Drop MessageFilter',
-        'ros.messages.arrays': 'as_matrix as_points',
         'ros.messages.convert': 'as_nanoseconds as_pose time_message transform_stamped',
         'ros.messages.deskew_cloud': 'deskew_cloud',
+        'ros.messages.do_transform': 'as_matrix as_points',
         'ros.messages.registry':
             'convert ConvertRegistration NotImplementedException Stamped '
             'TransformRegistration TypeException',

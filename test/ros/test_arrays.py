@@ -14,7 +14,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from tf_tree_py import Pose
 from tf_tree_py.core.geometry import se3
-from tf_tree_py.ros.messages.arrays import as_matrix, as_points
+from tf_tree_py.ros.messages.do_transform import as_matrix, as_points
 from tf_tree_py.ros.messages.geometry import pose_message
 from tf_tree_py.ros.messages.point_cloud import packed_cloud
 

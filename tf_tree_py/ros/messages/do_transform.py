@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The functions that transform messages, tf2's ``do_transform_*``, and a table of them.
+The functions that transform messages, tf2's ``do_transform_*``, and messages as arrays.
 
 Each is a pure function of a message and a ``TransformStamped``. The result is in the transform's
 ``header.frame_id`` and has its stamp. It shares nothing with the message or the transform, and
@@ -12,7 +12,7 @@ stamped type and its content.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import (
     Accel,
@@ -46,17 +46,21 @@ from geometry_msgs.msg import (
     WrenchStamped,
 )
 from nav_msgs.msg import Odometry, Path
+import numpy as np
 import numpy.typing as npt
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
+from tf_tree_py.beyond.motion.scans import points_of
+from tf_tree_py.core import Pose as PlainPose
 from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 
 from . import geometry, point_cloud
 from .fast_messages import copy_of, maker
-from .geometry import rotate_covariance
-from .point_cloud import do_transform_cloud
+from .geometry import points_array, pose_values, rotate_covariance, transform_values
+from .point_cloud import do_transform_cloud, points_of_scan
 
 # Transforms an object to the target frame of a transform.
 Transformer = Callable[[Any, TransformStamped], Any]
@@ -290,3 +294,62 @@ TRANSFORMERS: Mapping[type, Transformer] = {
     AccelWithCovariance: _bare(geometry.accel_with_covariance),
 }
 """The transformers of the types that need no registration; they add no header to a message."""
+
+
+# --- messages as arrays
+
+Values = TypeVar('Values')
+
+_POSES: Mapping[type, Callable[[Any], PoseTuple]] = {
+    Transform: transform_values,
+    TransformStamped: lambda message: transform_values(message.transform),
+    Pose: pose_values,
+    PoseStamped: lambda message: pose_values(message.pose),
+    PoseWithCovariance: lambda message: pose_values(message.pose),
+    PoseWithCovarianceStamped: lambda message: pose_values(message.pose.pose),
+    Odometry: lambda message: pose_values(message.pose.pose),
+    PlainPose: lambda pose: pose,
+}
+
+_POINTS: Mapping[type, Callable[[Any], npt.NDArray[np.floating]]] = {
+    Polygon: lambda message: points_array(message.points),
+    PolygonStamped: lambda message: points_array(message.polygon.points),
+    PolygonInstance: lambda message: points_array(message.polygon.points),
+    PolygonInstanceStamped: lambda message: points_array(message.polygon.polygon.points),
+    PoseArray: lambda message: points_array([pose.position for pose in message.poses]),
+    Path: lambda message: points_array([pose.pose.position for pose in message.poses]),
+    LaserScan: points_of_scan,
+    PointCloud2: points_of,
+}
+
+
+def as_matrix(transform: object) -> Array:
+    """
+    Return a transform or a pose as a homogeneous matrix.
+
+    :param transform: a ``Transform``, a ``Pose`` (the message, or this package's), or a
+        message that holds one of them.
+    :return: (4, 4)
+    :raises TypeError: something else.
+    """
+    return se3.as_matrix(_read(_POSES, transform))
+
+
+def as_points(message: object) -> npt.NDArray[Any]:
+    """
+    Return the points of a message as a new array.
+
+    These are the positions of a ``Path`` or ``PoseArray``, the corners of a ``Polygon``, all
+    points of a ``PointCloud2``, row by row, and the valid points of a ``LaserScan``.
+
+    :return: (N, 3) metres; float64, or float32 for a cloud with such fields.
+    :raises TypeError: something else.
+    """
+    return _read(_POINTS, message)
+
+
+def _read(table: Mapping[type, Callable[[Any], Values]], message: object) -> Values:
+    if type(message) not in table:
+        names = ', '.join(cls.__name__ for cls in table)
+        raise TypeError(f'{type(message).__name__} is none of {names}')
+    return table[type(message)](message)
