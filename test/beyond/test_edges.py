@@ -27,8 +27,7 @@ from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
-from tf_tree_py.files.edges import HISTORIES, load_history, save_history
-from tf_tree_py.files.facts import Arrays, Saved
+from tf_tree_py.files.edges import Arrays, HISTORIES, load_history, save_history, Saved
 
 WINDOW = 40
 HOLD = 7

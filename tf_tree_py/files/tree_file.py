@@ -30,8 +30,7 @@ from tf_tree_py.core.text import shorten
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
 
-from .edges import load_history, save_history
-from .facts import ALIGNMENT, Arrays, Bytes, Facts, Saved
+from .edges import ALIGNMENT, Arrays, Bytes, Facts, load_history, save_history, Saved
 from .whole_files import write_whole
 
 _MAGIC = b'tf_tree\0'

@@ -26,7 +26,7 @@ from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.files.facts import Arrays, Saved
+from tf_tree_py.files.edges import Arrays, Saved
 
 from .blend import BlendLimits
 from .corrected import corrected, CorrectedSamples

@@ -21,8 +21,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.files.edges import in_files, load_samples, save_samples
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, in_files, load_samples, save_samples, Saved
 
 from .blend import BlendLimits
 from .correction import Correction

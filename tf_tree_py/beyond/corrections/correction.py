@@ -20,7 +20,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, Saved
 from tf_tree_py.screws import cross
 
 from .blend import BlendLimits, planned, scale_of

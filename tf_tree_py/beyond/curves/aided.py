@@ -25,8 +25,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.files.edges import load_interpolation, save_interpolation
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, load_interpolation, save_interpolation, Saved
 
 from .bridge import Bridge, bridged
 from .gaps import BRIDGED

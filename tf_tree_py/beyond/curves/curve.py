@@ -37,7 +37,7 @@ from tf_tree_py.core.stamp import (
     NANOSECONDS_PER_SECOND,
 )
 from tf_tree_py.core.times import checked_stamp, Stamps
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, Saved
 
 # Differences of stamps must fit into 64 bits.
 _LONGEST = 2**62

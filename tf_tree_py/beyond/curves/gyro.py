@@ -19,8 +19,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.files.edges import load_samples, save_samples
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, load_samples, save_samples, Saved
 
 # The frame that orientations are relative to: the child, as it was at the first sample.
 _FIRST_SAMPLE = 'start'

@@ -35,8 +35,7 @@ from tf_tree_py.core.messages.incidents import Incident
 from tf_tree_py.core.messages.sample import checked, checked_frame, Sample
 from tf_tree_py.core.stamp import FOREVER, UNLIMITED
 from tf_tree_py.core.times import Stamps, StampsLike
-from tf_tree_py.files.edges import in_files
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, in_files, Saved
 
 from .aided import aided
 from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve

@@ -19,7 +19,7 @@ from tf_tree_py.core.geometry.se3 import distance_many, PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import checked_stamp, checked_stamps, Stamp, Stamps, StampsLike
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, Saved
 from tf_tree_py.screws import Screw
 
 from .spline_fit import (

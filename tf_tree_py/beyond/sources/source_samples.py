@@ -12,8 +12,7 @@ from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.stamp import BEGINNING, FOREVER
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.files.edges import load_samples, save_samples
-from tf_tree_py.files.facts import Arrays, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Facts, load_samples, save_samples, Saved
 
 from ..corrections.corrected import CorrectedSamples
 

@@ -24,7 +24,7 @@ from tf_tree_py.core.messages.sample import bad_name
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.files.facts import Arrays, Bytes, Facts, Saved
+from tf_tree_py.files.edges import Arrays, Bytes, Facts, Saved
 
 from .covariance_rows import Rows
 from .covariances import (

@@ -21,7 +21,7 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Number, Three
-from tf_tree_py.files.facts import Bytes
+from tf_tree_py.files.edges import Bytes
 
 from .covariance_rows import product, Rows, turned, weighted_sum
 

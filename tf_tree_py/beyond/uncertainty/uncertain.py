@@ -29,7 +29,7 @@ from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.files.facts import Bytes
+from tf_tree_py.files.edges import Bytes
 
 from .covariance_history import (
     covariances_by_edge,
