@@ -6,7 +6,7 @@
 from hypothesis import example, given, strategies as st
 import numpy as np
 from tf_tree_py.core.stamp import from_seconds
-from tf_tree_py.health.measures.lone_stamps import lone_stamps_of
+from tf_tree_py.health.measures.timing import lone_stamps_of
 
 BEGIN = 1_700_000_000
 HOUR, YEAR = 3600.0, 365 * 86_400.0

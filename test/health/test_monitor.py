@@ -9,8 +9,7 @@ from tf_tree_py.core import Pose
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.observers import ReceivedMessage
 from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.health.monitor import Monitor
+from tf_tree_py.health.doctor import Doctor, Monitor
 
 SECOND = 10**9
 

@@ -23,8 +23,7 @@ from tf_tree_py.command.arguments import (
 from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.core.text import listed
 from tf_tree_py.health.checks.finding import Finding, Severity
-from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.health.monitor import Monitor, Watched
+from tf_tree_py.health.doctor import Doctor, Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
 
 from .inputs import nothing_arrived, TreeInput

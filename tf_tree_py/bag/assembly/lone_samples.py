@@ -11,8 +11,8 @@ import numpy as np
 from tf_tree_py.core.messages.incidents import one_of
 from tf_tree_py.core.stamp import format_span, format_stamp, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.health.measures.lone_stamps import lone_stamps_of
 from tf_tree_py.health.measures.sample_rows import Places
+from tf_tree_py.health.measures.timing import lone_stamps_of
 
 from .decoding import Edge
 

@@ -11,12 +11,11 @@ from tf_tree_py.core.messages.incidents import candidates, is_ambiguous
 from tf_tree_py.core.stamp import is_silent, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.text import shorten
 
-from .lone_stamps import far_steps
 from .motion import Motion
 from .sample_rows import distances, MessageColumn, Rows, Steps, TAIL, unit_poses
 from .thresholds import Thresholds
 from .timebase import Timebase
-from .timing import Timing
+from .timing import far_steps, Timing
 
 Edge = tuple[str, str]
 
