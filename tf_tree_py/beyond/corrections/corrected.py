@@ -24,7 +24,7 @@ from tf_tree_py.core.times import Stamps
 from tf_tree_py.files.edges import Arrays, Facts, in_files, load_samples, save_samples, Saved
 
 from .blend import BlendLimits
-from .correction import Correction
+from .correction import Correction, Measured
 from .stage import ORIGIN, Stage
 
 
@@ -93,7 +93,7 @@ class CorrectedSamples(Samples):
         begin, here, correction = self._newest()
         stage = correction.begin_blend(se3.IDENTITY, begin, here, raw, ORIGIN, limits,
                                        begin - self.cache_time, lambda: self._own_turn(correction))
-        correction.measured.clear()
+        correction.measured = Measured()
         return stage
 
     def _newest(self) -> tuple[int, PoseTuple, Correction]:

@@ -8,25 +8,21 @@ It is a smooth function of the stamp between successive corrections. Up to the n
 never changes, so no correction changes the result of an earlier lookup.
 """
 
-from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable
-from typing import cast
 
 import numpy as np
-from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Vector3
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.files.edges import Arrays, Facts, Saved
+from tf_tree_py.files.stamped_rows import StampedRows
 from tf_tree_py.screws import cross
 
 from .blend import BlendLimits, planned, scale_of
 from .stage import ORIGIN, Stage, stage_of, Stages
-
-_POSE_FLOATS = 7
 
 
 def _no_turn() -> Vector3:
@@ -172,32 +168,17 @@ def _difference(a: Vector3, b: Vector3) -> Vector3:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-class Measured:
+class Measured(StampedRows):
     """Corrections, sorted by the stamps at which they were measured: 64 bytes each."""
 
-    __slots__ = ('_stamps', '_motions')
+    __slots__ = ()
 
-    def __init__(self) -> None:
-        self._stamps, self._motions = array('q'), array('d')
-
-    def __len__(self) -> int:
-        return len(self._stamps)
-
-    __bool__ = no_truth
+    width, name = 7, 'measured'
 
     def note(self, stamp: int, motion: PoseTuple, oldest: int) -> None:
         """Store a correction, and remove those that no sample from a stamp on needs."""
-        place = bisect_right(self._stamps, stamp)
-        self._stamps.insert(place, stamp)
-        self._motions[_POSE_FLOATS * place:_POSE_FLOATS * place] = array('d', motion)
-        expired = max(bisect_left(self._stamps, oldest) - 1, 0)
-        del self._stamps[:expired]
-        del self._motions[:_POSE_FLOATS * expired]
-
-    def clear(self) -> None:
-        """Remove all corrections."""
-        del self._stamps[:]
-        del self._motions[:]
+        self.add(bisect_right(self.stamps, stamp), stamp, motion)
+        self.drop(0, max(bisect_left(self.stamps, oldest) - 1, 0))
 
     def smoothed(self, stamps: Stamps, raw: Array) -> Array:
         """
@@ -210,34 +191,6 @@ class Measured:
         """
         if not len(self):
             return raw
-        # An array cannot grow while numpy has a view of it, so this function returns only copies.
-        knots = np.frombuffer(self._stamps, np.int64)
-        motions = np.frombuffer(self._motions).reshape(-1, _POSE_FLOATS)
-        after = np.searchsorted(knots, stamps, side='right')
-        before = np.maximum(after - 1, 0)
-        after = np.minimum(after, len(knots) - 1)
-        ratio = np.where(before < after, (stamps - knots[before]) / np.maximum(
-            knots[after] - knots[before], 1), 0.0)
-        return se3.interpolate_many(se3.compose_many(motions[before], raw),
-                                    se3.compose_many(motions[after], raw), ratio)
-
-    def copy(self) -> 'Measured':
-        """Return a copy."""
-        twin = Measured()
-        twin._stamps, twin._motions = self._stamps[:], self._motions[:]
-        return twin
-
-    def save(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``load``, and add the arrays."""
-        arrays.add(self._stamps)
-        arrays.add(self._motions)
-        return {'measured': len(self)}
-
-    @classmethod
-    def load(cls, saved: Saved) -> 'Measured':
-        """Return the saved data; it uses the memory in place, and nothing can be added."""
-        twin, count = cls(), saved.whole('measured')
-        # Memory views are read like arrays.
-        twin._stamps = cast('array[int]', saved.integers(count))
-        twin._motions = cast('array[float]', saved.floats(_POSE_FLOATS * count))
-        return twin
+        _, _, before, after, ratio = self.around(stamps)
+        return se3.interpolate_many(
+            se3.compose_many(before, raw), se3.compose_many(after, raw), ratio)

@@ -8,15 +8,13 @@ They have their own stamps: the poses may arrive on /tf, and the covariances in 
 messages. ``covariances`` defines the convention.
 """
 
-from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
 import struct
-from typing import Any, cast, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves
-from tf_tree_py.core.errors import no_truth
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.so3 import Array, Four
 from tf_tree_py.core.messages.incidents import Incident, Kind
@@ -25,6 +23,7 @@ from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.edges import Arrays, Bytes, Facts, Saved
+from tf_tree_py.files.stamped_rows import StampedRows
 
 from .covariance_rows import Rows
 from .covariances import (
@@ -109,7 +108,7 @@ def _back_of(backs: Sequence[Array | None], count: int) -> Rows | None:
         len(backs), count, 9))
 
 
-class Uncertainty:
+class Uncertainty(StampedRows):
     """
     The covariances of one edge's poses over time.
 
@@ -119,16 +118,9 @@ class Uncertainty:
     for each parent.
     """
 
-    __slots__ = ('_stamps', '_packed')
+    __slots__ = ()
 
-    def __init__(self) -> None:
-        self._stamps = array('q')
-        self._packed = array('d')
-
-    def __len__(self) -> int:
-        return len(self._stamps)
-
-    __bool__ = no_truth
+    width, name, least = PACKED_FLOATS, 'count', 1
 
     def insert(self, stamp: int, covariance: Array, cache_time: int) -> None:
         """
@@ -137,34 +129,28 @@ class Uncertainty:
         :param covariance: (6, 6), checked.
         :param cache_time: how far behind the newest one they are kept, nanoseconds.
         """
-        index = bisect_left(self._stamps, stamp)
-        first = index * PACKED_FLOATS
-        row = array('d', pack(covariance).tolist())
-        if index < len(self._stamps) and self._stamps[index] == stamp:
-            self._packed[first:first + PACKED_FLOATS] = row
-            return
-        self._stamps.insert(index, stamp)
-        self._packed[first:first] = row
-        self._tidy(self._stamps[-1] - cache_time)
+        index = bisect_left(self.stamps, stamp)
+        if stamp in self.stamps[index:index + 1]:
+            self.drop(index, index + 1)
+        self.add(index, stamp, pack(covariance).tolist())
+        self._tidy(self.stamps[-1] - cache_time)
 
     def _tidy(self, horizon: int) -> None:
         """Remove expired ones in blocks; the last one before the horizon still applies at it."""
-        expired = bisect_right(self._stamps, horizon) - 1
-        if expired >= max(_MIN_BLOCK, len(self._stamps) // 8):
-            del self._stamps[:expired]
-            del self._packed[:expired * PACKED_FLOATS]
+        expired = bisect_right(self.stamps, horizon) - 1
+        if expired >= max(_MIN_BLOCK, len(self) // 8):
+            self.drop(0, expired)
 
-    def around(self, stamps: Stamps, history: History) -> Around:
+    def around_poses(self, stamps: Stamps, history: History) -> Around:
         """
         Return the covariances around stamps (N,), for interpolation.
 
         :param history: the edge's poses.
         """
         if history.is_static or len(self) == 1:
-            last = np.tile(np.array(self._packed[-PACKED_FLOATS:]), (len(stamps), 1))
+            last = np.tile(np.array(self.numbers[-PACKED_FLOATS:]), (len(stamps), 1))
             return Around(last, last, np.zeros(len(stamps)), np.zeros((len(stamps), 3)), None)
-        begins, ends, (before, after) = self._neighbours(stamps)
-        ratio = np.where(begins < ends, (stamps - begins) / np.maximum(ends - begins, 1), 0.0)
+        begins, ends, before, after, ratio = self.around(stamps)
         return Around(before, after, ratio, *_turns(history, begins, ends, stamps))
 
     def terms_at(self, stamp: int, history: History, independent: bool) -> Terms:
@@ -173,12 +159,12 @@ class Uncertainty:
 
         See ``covariances.between_rows``. For an edge with a gyroscope it is one term.
         """
-        stamps = self._stamps
+        stamps = self.stamps
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         if not 0 < after < len(stamps):
             return one_term(self._rows(max(after - 1, 0)))
         if closing_of(history) is not None:
-            rows = interpolated([self.around(np.array([stamp]), history)], independent)
+            rows = interpolated([self.around_poses(np.array([stamp]), history)], independent)
             return one_term(np.array(rows).tobytes())
         begin, end = stamps[after - 1], stamps[after]
         if stamp == begin:
@@ -191,50 +177,15 @@ class Uncertainty:
 
     def _rows(self, number: int, count: int = 1) -> Bytes:
         first = number * PACKED_FLOATS
-        rows: Any = self._packed[first:first + count * PACKED_FLOATS]
+        rows: Any = self.numbers[first:first + count * PACKED_FLOATS]
         packed: Bytes = rows  # usable like bytes
         return packed
 
     def knots_around(self, stamp: int, history: History) -> tuple[int, int]:
         """Return the stamps of the covariances before and after a stamp, as ``around`` does."""
-        stamps = self._stamps
+        stamps = self.stamps
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         return stamps[max(after - 1, 0)], stamps[min(after, len(stamps) - 1)]
-
-    def _neighbours(self, stamps: Stamps) -> tuple[Stamps, Stamps, Array]:
-        """
-        Return the stamps of the covariances before and after each, and these (2, N, 21).
-
-        Before the first and after the last covariance, both are that one.
-        """
-        # An array cannot grow while numpy has a view of it, so this function returns only copies.
-        knots = np.frombuffer(self._stamps, dtype=np.int64)
-        rows = np.frombuffer(self._packed).reshape(-1, PACKED_FLOATS)
-        after = knots.searchsorted(stamps, side='right')
-        before = np.maximum(after - 1, 0)
-        after = np.where(after == 0, 0, np.minimum(after, len(knots) - 1))
-        return knots[before], knots[after], rows[np.stack([before, after])]
-
-    def copy(self) -> 'Uncertainty':
-        """Return an independent copy."""
-        twin = Uncertainty()
-        twin._stamps, twin._packed = self._stamps[:], self._packed[:]
-        return twin
-
-    def save(self, arrays: Arrays) -> Facts:
-        """Return the facts for ``load``, and add the covariances to arrays."""
-        arrays.add(self._stamps)
-        arrays.add(self._packed)
-        return {'count': len(self)}
-
-    @classmethod
-    def load(cls, saved: Saved) -> 'Uncertainty':
-        """Return the saved data; it uses the memory in place, and nothing can be added."""
-        one, count = cls(), saved.whole('count', 1)
-        # Memory views are read like arrays.
-        one._stamps = cast('array[int]', saved.integers(count))
-        one._packed = cast('array[float]', saved.floats(PACKED_FLOATS * count))
-        return one
 
 
 def _turns(history: History, begins: Stamps, ends: Stamps,

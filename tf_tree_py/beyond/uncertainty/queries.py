@@ -173,7 +173,7 @@ def _interpolated(known: Uncertainty, edge: _Edge, stamp: int,
                   step: Step) -> dict[_Cause, tuple[float, Array]]:
     """Return the errors of the two covariances around a stamp, or of the one valid there."""
     first, last = known.knots_around(stamp, step.history)
-    around = known.around(np.array([stamp]), step.history)
+    around = known.around_poses(np.array([stamp]), step.history)
     ratio = float(around.ratio[0])
     back = None if around.back is None else rows_of(around.back.reshape(-1, 9))
     turns: Array = np.array(ends_turned(around.ratio, rows_of(around.turn), back)).reshape(2, 3, 3)

@@ -322,7 +322,7 @@ def _covariances_of(tree: Tree, steps: Sequence[Step], stamps: Stamps, poses: Se
 
     :param poses: of each edge, (N, 7), or (1, 7) of static edges.
     """
-    around = {number: known.around(stamps, history)
+    around = {number: known.around_poses(stamps, history)
               for number, (parent, history, _) in enumerate(steps)
               if (known := known_covariances(tree, parent, history.child)) is not None}
     found: list[Array | None] = [None] * len(steps)
