@@ -18,13 +18,7 @@ from rclpy.event_handler import (
 )
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    qos_policy_name_from_kind,
-    QoSProfile,
-    ReliabilityPolicy,
-)
+from rclpy.qos import DurabilityPolicy, qos_policy_name_from_kind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions, QoSPolicyKind
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.limited_log import LimitedLog
@@ -37,8 +31,7 @@ TF_STATIC_TOPIC = '/tf_static'
 
 def dynamic_qos() -> QoSProfile:
     """Return the profile of /tf, both sides: reliable, volatile, the last 100."""
-    return QoSProfile(depth=100, history=HistoryPolicy.KEEP_LAST,
-                      reliability=ReliabilityPolicy.RELIABLE,
+    return QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.VOLATILE)
 
 
@@ -54,15 +47,13 @@ def static_broadcaster_qos() -> QoSProfile:
 
 def static_qos(depth: int) -> QoSProfile:
     """Return a profile of what never changes, both sides: late joiners get the last messages."""
-    return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
-                      reliability=ReliabilityPolicy.RELIABLE,
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def sensor_qos(depth: int = 10) -> QoSProfile:
     """Return a subscriber's profile that matches every publisher, also best-effort sensors."""
-    return QoSProfile(depth=depth, history=HistoryPolicy.KEEP_LAST,
-                      reliability=ReliabilityPolicy.BEST_EFFORT,
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT,
                       durability=DurabilityPolicy.VOLATILE)
 
 
