@@ -8,7 +8,6 @@ from threading import current_thread, Event
 import weakref
 
 from geometry_msgs.msg import TransformStamped
-from rclpy.clock import ROSClock
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
@@ -19,6 +18,7 @@ from .goal_client import GoalClient
 from .lookup_goal import full_goal, LookupCall, simple_goal
 from ..buffer.interface import BufferInterface, check_places, NO_TIME
 from ..messages.convert import as_nanoseconds, as_stamp, DurationLike, TimeLike
+from ..waiting.clock import is_simulated
 
 _PADDING = Duration(seconds=2.0)
 # 31 years, in seconds. The message holds up to 68 years.
@@ -127,8 +127,7 @@ class BufferClient(Closable, BufferInterface):
         return as_stamp(time, self._is_simulated)
 
     def _is_simulated(self) -> bool:
-        clock = self.node.get_clock()
-        return isinstance(clock, ROSClock) and clock.ros_time_is_active
+        return is_simulated(self.node.get_clock())
 
     def _begin(self, goal: LookupTransform.Goal, timeout: DurationLike | None) -> LookupCall:
         timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9

@@ -75,7 +75,7 @@ class _Followed:
     def now(self) -> int | None:
         """Return the simulated time; None: it is not simulated, or its context has ended."""
         clock = self.clock.clock
-        if not _is_simulated(clock):
+        if not is_simulated(clock):
             return None
         # After its context has ended, the clock would never advance.
         return None if self.has_ended() else clock.now().nanoseconds
@@ -216,7 +216,7 @@ class ClockWatch:
         """Use the newest clock, and receive jumps from that one only."""
         _unregister(self._handles)
         followed = self._followed = _Followed(self._clocks[-1]) if self._clocks else None
-        self.simulated = _is_simulated(self.clock)
+        self.simulated = is_simulated(self.clock)
         if followed is not None:
             self._handles.append(followed.clock.clock.create_jump_callback(
                 _EVERY_TICK, post_callback=_weakly(self._on_tick, followed)))
@@ -228,7 +228,7 @@ class ClockWatch:
         changed = jump.clock_change != ClockChange.ROS_TIME_NO_CHANGE
         if changed:
             with self._lock:
-                self.simulated = _is_simulated(self.clock)
+                self.simulated = is_simulated(self.clock)
         now = followed.now()
         try:
             if changed:
@@ -343,7 +343,8 @@ def _warn(line: str) -> None:
     rclpy.logging.get_logger('tf_tree_py').warning(line)
 
 
-def _is_simulated(clock: Clock | None) -> bool:
+def is_simulated(clock: Clock | None) -> bool:
+    """Return whether a clock shows simulated time."""
     return isinstance(clock, ROSClock) and clock.ros_time_is_active
 
 
