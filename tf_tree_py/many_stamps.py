@@ -101,9 +101,9 @@ class ManyStampQueries(Queries):
             poses[~given] = np.nan
         if outside == 'mask':
             if len(array) and not valid.any():
-                warn_of_units(partial(self.lookup_at, target_frame, source_frame), array)
+                _warn_of_units(partial(self.lookup_at, target_frame, source_frame), array)
             return Poses(poses), valid
-        refuse_missing(partial(self.lookup_at, target_frame, source_frame), array, given, valid)
+        _refuse_missing(partial(self.lookup_at, target_frame, source_frame), array, given, valid)
         return Poses(poses)
 
     def snapshot(self) -> 'ManyStampSnapshot':
@@ -178,8 +178,8 @@ def _without_mask(stamps: StampsLike) -> tuple[StampsLike, Mask | None]:
     return np.where(masked, np.zeros_like(data), data), ~masked
 
 
-def refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Mask | None,
-                   valid: Mask) -> None:
+def _refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Mask | None,
+                    valid: Mask) -> None:
     """
     Raise the error of the first stamp that has no answer, if there is one.
 
@@ -205,7 +205,7 @@ def refuse_missing(lookup_at: Callable[[int], object], stamps: Stamps, given: Ma
         f'{count} of {len(stamps)} stamps had no answer at the time of the lookup')
 
 
-def warn_of_units(lookup_at: Callable[[int], object], stamps: Stamps) -> None:
+def _warn_of_units(lookup_at: Callable[[int], object], stamps: Stamps) -> None:
     """Warn if no stamp has an answer, but the stamps would fit in another unit."""
     try:
         lookup_at(int(stamps[0]))

@@ -73,7 +73,7 @@ def _bar() -> 'Progress | None':
     return Progress(console=Console(stderr=True), transient=True)
 
 
-JOINT_STATES = 'sensor_msgs/JointState'
+_JOINT_STATES = 'sensor_msgs/JointState'
 
 
 def robot_of(robot: PathLike | Robot) -> Robot:
@@ -91,7 +91,7 @@ def robot_of(robot: PathLike | Robot) -> Robot:
         raise BagError(f'{robot} cannot be read: {error.strerror}') from error
 
 
-def topic_of_joints(bag: Bag, topic: str | None) -> str:
+def _topic_of_joints(bag: Bag, topic: str | None) -> str:
     """
     Return the topic of a bag's joint states.
 
@@ -99,7 +99,7 @@ def topic_of_joints(bag: Bag, topic: str | None) -> str:
     :raises BagError: there is none, there are several, or it has messages of another type.
     """
     found = sorted({each.topic for each in bag.everything
-                    if each.type_name.replace('/msg/', '/') == JOINT_STATES})
+                    if each.type_name.replace('/msg/', '/') == _JOINT_STATES})
     if topic is None and len(found) == 1:
         return found[0]
     if topic in found:
@@ -111,8 +111,8 @@ def topic_of_joints(bag: Bag, topic: str | None) -> str:
                    'joint_topic' if found else f'{bag.path} has no topic with joint states')
 
 
-def insert_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int | None,
-                  rename: Rename, assembly: Assembler) -> None:
+def _insert_joints(bag: Bag, robot: Robot, topic: str, start: int | None, stop: int | None,
+                   rename: Rename, assembly: Assembler) -> None:
     """
     Add the edges of a robot, except those whose child has recorded transforms.
 
@@ -170,7 +170,7 @@ def no_transforms(bag: Bag) -> str:
         if type_name == _ODOMETRY:
             hints.append(f'open_bag(..., odometry={topic!r}) makes an edge of its odometry, as '
                          'Covariances(with_poses=True) does')
-        elif type_name == JOINT_STATES:
+        elif type_name == _JOINT_STATES:
             hints.append(f'open_bag(..., robot="robot.urdf") makes edges of the joint states '
                          f'of {topic}')
     return '; '.join([f'{bag.path} has no topic with transforms; it has: {there}', *hints,
@@ -241,13 +241,13 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Stam
     begin, end = (None if each is None else checked_stamp(each) for each in (start, stop))
     with Bag(path, topics) as bag:
         uncertain = CovarianceTopics(bag, covariances, alone=topics is not None)
-        joints = None if described is None else topic_of_joints(bag, joint_topic)
+        joints = None if described is None else _topic_of_joints(bag, joint_topic)
         _check_topics(bag, frame_prefix, joints, uncertain.rules)
         with progress_bar(bag.path.name, bag.expected(uncertain.connections)) as tell:
             assembly.assemble(bag.arrivals(begin, end), tell)
             if described is not None and joints is not None:
-                insert_joints(bag, described, joints, begin, end,
-                              rename_of(bag.connections_of(joints)[0]), assembly)
+                _insert_joints(bag, described, joints, begin, end,
+                               rename_of(bag.connections_of(joints)[0]), assembly)
             uncertain.insert_into(assembly, names_of, wanted, begin, end, tell)
         if (begin, end) != (None, None) and not any(map(moves, assembly.tree.histories.values())):
             raise BagError(

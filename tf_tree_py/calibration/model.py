@@ -148,7 +148,7 @@ def between_many(begin: Array, end: Array) -> Array:
 
 # --- residuals and derivatives
 
-STENCIL_NS = 10_000_000
+_STENCIL_NS = 10_000_000
 """Half the time between the two lookups of the derivative by the time."""
 _NANOSECONDS = 1e9
 
@@ -343,11 +343,11 @@ class Model:
         """Return the velocity of the target past the sensor, (N, 6): m/s and rad/s."""
         here = self.placed(number, state).pose
         ends, span = [], np.zeros(len(here))
-        for later in (-STENCIL_NS, STENCIL_NS):
+        for later in (-_STENCIL_NS, _STENCIL_NS):
             end = self._placed(number, state, later).pose
             known = np.isfinite(end).all(axis=1)  # not at the ends of the recording
             ends.append(np.where(known[:, None], end, here))
-            span += known * STENCIL_NS
+            span += known * _STENCIL_NS
         return between_many(*ends) * (_NANOSECONDS / np.maximum(span, 1.0))[:, None]
 
 

@@ -205,7 +205,7 @@ class _Problem:
 
     def derivatives(self, x: Array) -> Array:
         state = self.state(x)
-        jacobian = whitened_derivatives(self._model, state, self._white, self._moving)
+        jacobian = _whitened_derivatives(self._model, state, self._white, self._moving)
         return jacobian @ self._turned(x)
 
     def state(self, x: Array) -> State:
@@ -230,8 +230,8 @@ class _Problem:
                          weight(distance, size)[self._owner], np.zeros(len(squares))])
 
 
-def whitened_derivatives(model: Model, state: State, white: list[Array],
-                         moving: Mask | None = None) -> Array:
+def _whitened_derivatives(model: Model, state: State, white: list[Array],
+                          moving: Mask | None = None) -> Array:
     """
     Return the derivatives of all whitened residuals by a step, (M, P).
 
@@ -268,7 +268,7 @@ def precision(model: Model, fit: Fit, free: int) -> Precision:
     :param free: how many directions were estimated.
     """
     white = [whitening(each) for each in fit.covariances]
-    jacobian = whitened_derivatives(model, fit.state, white)
+    jacobian = _whitened_derivatives(model, fit.state, white)
     distance, sizes = np.concatenate(fit.distances), fit.sizes
     weighted = [np.einsum('nij,nj->ni', scale, each) * weight(far, each.shape[1])[:, None]
                 for scale, each, far in zip(white, fit.residuals, fit.distances, strict=True)]

@@ -27,7 +27,7 @@ from scipy.special import chdtri
 
 from .observations import Array, Mask
 
-FREEDOM = 5.0
+_FREEDOM = 5.0
 """Degrees of freedom of the Student t."""
 
 _PLENTY = 300
@@ -48,12 +48,12 @@ _RATIO = 8.0
 
 def weight(distance: Array, size: Array | float) -> Array:
     """Return the weights of observations from their squared distances."""
-    return np.asarray((FREEDOM + size) / (FREEDOM + distance))
+    return np.asarray((_FREEDOM + size) / (_FREEDOM + distance))
 
 
 def loss(distance: Array, size: Array | float) -> Array:
     """Return minus twice the logarithm of the density, up to a constant."""
-    return np.asarray((FREEDOM + size) * np.log1p(distance / FREEDOM))
+    return np.asarray((_FREEDOM + size) * np.log1p(distance / _FREEDOM))
 
 
 def inefficiency(distance: Array, size: Array) -> float:
@@ -80,7 +80,7 @@ def inflation(distance: Array, size: Array) -> float:
 
 def _moments(distance: Array, size: Array) -> tuple[float, float]:
     weights = weight(distance, size)
-    slope = -(FREEDOM + size) / (FREEDOM + distance) ** 2
+    slope = -(_FREEDOM + size) / (_FREEDOM + distance) ** 2
     numbers = size.sum()
     above = float((weights ** 2 * distance).sum() / numbers)
     below = float((size * weights + 2.0 * slope * distance).sum() / numbers)

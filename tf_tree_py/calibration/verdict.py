@@ -72,8 +72,8 @@ class Explanation(NamedTuple):
     offsets: tuple[float, ...]
 
 
-FREE = {Verdict.NOTHING: (False, False), Verdict.EDGE: (True, False),
-        Verdict.TIME: (False, True), Verdict.BOTH: (True, True)}
+_FREE = {Verdict.NOTHING: (False, False), Verdict.EDGE: (True, False),
+         Verdict.TIME: (False, True), Verdict.BOTH: (True, True)}
 """Whether edges and whether offsets are estimated."""
 
 
@@ -93,7 +93,7 @@ def explanations(model: Model, full: Fit, sure: Precision,
     # The residuals of a fit with few observations are smaller than the errors.
     left = max(numbers - sure.free, 1.0) / numbers
     scale = max(inflation(np.concatenate(full.distances), full.sizes) / left, 1e-9)
-    for name, free in FREE.items():
+    for name, free in _FREE.items():
         steps = free_steps(model, held_directions(
             model, full.state, sure.information, _free(model, *free)))
         fit = full if all(free) else fitted(

@@ -37,7 +37,7 @@ class CommandLine(NamedTuple):
     ros: list[str]
 
 
-def split_arguments(argv: Sequence[str]) -> CommandLine:
+def _split_arguments(argv: Sequence[str]) -> CommandLine:
     """
     Return the arguments of a program and those of ROS, as rclpy distinguishes them.
 
@@ -82,7 +82,7 @@ class Parser(argparse.ArgumentParser):
 
         :param argv: without the program's name.
         """
-        own, ros = split_arguments(argv)
+        own, ros = _split_arguments(argv)
         arguments = self.parse_args(own)
         arguments.ros_arguments = ros
         return arguments
@@ -93,7 +93,7 @@ class Parser(argparse.ArgumentParser):
 
         :param argv: the whole command line; None: that of this process.
         """
-        return split_arguments((sys.argv if argv is None else argv)[1:]).own
+        return _split_arguments((sys.argv if argv is None else argv)[1:]).own
 
     def add_json(self) -> None:
         """Add the option ``--json``."""
@@ -186,7 +186,7 @@ _WIDTH = 100
 # The least width of the last column of a table.
 _NARROWEST = 9
 
-COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
+_COLOURS = {'error': 'bold red', 'warning': 'yellow', 'note': 'cyan', 'fine': 'green'}
 
 
 def console(**options: Any) -> 'Console':
@@ -233,8 +233,8 @@ def table(headings: Sequence[str], rows: Sequence[Sequence['str | Text']],
 
 
 def styled(text: str, what: str) -> 'Text':
-    """Return rich's ``Text`` in a colour of ``COLOURS``."""
-    made: Text = needs('rich.text', 'rich').Text(shown(text), style=COLOURS[what])
+    """Return rich's ``Text`` in a colour of ``_COLOURS``."""
+    made: Text = needs('rich.text', 'rich').Text(shown(text), style=_COLOURS[what])
     return made
 
 

@@ -5,7 +5,7 @@
 
 from typing import TypeVar
 
-Self = TypeVar('Self', bound='Closable')
+_Self = TypeVar('_Self', bound='Closable')
 
 
 class Closable:
@@ -15,7 +15,7 @@ class Closable:
         """Free what it holds; a subclass implements it."""
         raise NotImplementedError
 
-    def __enter__(self: Self) -> Self:
+    def __enter__(self: _Self) -> _Self:
         return self
 
     def __exit__(self, *_: object) -> None:

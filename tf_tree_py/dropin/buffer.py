@@ -56,7 +56,7 @@ _CatchUp = weakref.WeakMethod[Callable[[float], None]]
 LONGEST_S = 0.05
 
 
-def tf2_text(error: TransformException) -> str:
+def _tf2_text(error: TransformException) -> str:
     """Return the text of tf2's ``can_transform`` for an error; this package's if tf2 has none."""
     if isinstance(error, LookupException):
         return (f'Invalid frame ID {error.describe()}'
@@ -366,5 +366,5 @@ class Buffer(BufferCore):
 
 
 def _answered(lookup: Callable[[], object]) -> tuple[int, str]:
-    found, reason = answered(lookup, tf2_text)
+    found, reason = answered(lookup, _tf2_text)
     return int(found), reason

@@ -40,7 +40,7 @@ def explain(config: 'zenoh.Config', endpoints: list[str]) -> str:
     It may take a second for each of the first two endpoints.
     """
     settings = json.loads(config.get_json(_SETTINGS)) or {}
-    problem = fault_of_files(settings)
+    problem = _fault_of_files(settings)
     for endpoint in endpoints[:_MOST_PROBES]:
         problem = problem or _refusal(endpoint, settings)
     return problem
@@ -48,7 +48,7 @@ def explain(config: 'zenoh.Config', endpoints: list[str]) -> str:
 
 # --- the files
 
-def fault_of_files(settings: Settings) -> str:
+def _fault_of_files(settings: Settings) -> str:
     """
     Return the fault of the files that ``transport/link/tls`` names, or ''.
 

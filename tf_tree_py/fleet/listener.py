@@ -44,7 +44,7 @@ from .session import (
 from .transform_decoder import Inbox, RobotPlace, TransformDecoder
 from .trust import checked_shared, names_below, RobotQuota
 
-OnRobot = Callable[[str, bool], object]
+_OnRobot = Callable[[str, bool], object]
 
 # The maximum number of frames of a whole fleet in one buffer.
 _MAX_FRAMES: Final = 200_000
@@ -72,7 +72,7 @@ class FleetListener(Closable):
     def __init__(self, connect: Connect | None = None, robots: str | Collection[str] = '*', *,
                  shared_frames: Collection[str] = ('map',), separate: bool = False,
                  cache_time: int | None = None, config: PathLike | None = None,
-                 key_prefix: str = '', on_robot: OnRobot | None = None,
+                 key_prefix: str = '', on_robot: _OnRobot | None = None,
                  observers: Sequence[Observer] = (), quota: RobotQuota | None = None) -> None:
         """
         Begin to listen.
@@ -306,7 +306,7 @@ def _checked_robots(robots: str | Collection[str]) -> list[str]:
     return patterns
 
 
-def _checked_callback(on_robot: OnRobot | None) -> OnRobot | None:
+def _checked_callback(on_robot: _OnRobot | None) -> _OnRobot | None:
     if on_robot is not None and not callable(on_robot):
         raise FleetError(f'on_robot has to be a function of a name and a bool, not {on_robot!r}')
     return on_robot

@@ -221,7 +221,7 @@ def _put(requests: dict[str, dict[str, Request]], request: Request) -> None:
 
 # --- subscriptions
 
-OnToken = Callable[[str, bool], object]
+_OnToken = Callable[[str, bool], object]
 
 # Requests for past messages while a subscription is declared: the first one, and one for each
 # publisher that is detected meanwhile.
@@ -245,7 +245,7 @@ class Subscriptions:
         # A declaration without a reference ends.
         self._declared: list[object] = []
 
-    def subscribe_tokens(self, on_token: OnToken) -> None:
+    def subscribe_tokens(self, on_token: _OnToken) -> None:
         """Call back with each liveliness token's key, and whether it appeared (True) or went."""
         put, liveliness = needs_zenoh().SampleKind.PUT, self._session.liveliness()
         for key in self._keys(lambda robots: token_patterns(robots, self._key_prefix)):

@@ -29,7 +29,7 @@ from .connection import FleetLogs
 from .roster import Roster
 from .trust import without_others
 
-DEFAULT_WAITING = 64_000_000
+_DEFAULT_WAITING = 64_000_000
 """The most bytes that wait, of all robots together."""
 # About the memory of a message in addition to its bytes.
 _OVERHEAD = 500
@@ -75,7 +75,7 @@ class _Line:
 class Inbox:
     """A queue for each robot; any thread may put messages, and one thread takes them."""
 
-    def __init__(self, most_of_one: int, most_of_all: int = DEFAULT_WAITING) -> None:
+    def __init__(self, most_of_one: int, most_of_all: int = _DEFAULT_WAITING) -> None:
         """
         Begin empty.
 

@@ -42,7 +42,7 @@ def find() -> Path | None:
     return None
 
 
-def demand_what_it_takes(prefix: Path) -> None:
+def _demand_what_it_takes(prefix: Path) -> None:
     """
     Check that the environment and the machine meet the requirements of the build.
 
@@ -86,7 +86,7 @@ def build(prefix: Path, kept: Kept | None = None,
         report(f'copying it from {earlier} into {prefix}')
         _install(earlier, prefix)
         return
-    demand_what_it_takes(prefix)
+    _demand_what_it_takes(prefix)
     report(f'building it into {prefix}, which takes about five seconds')
     with tempfile.TemporaryDirectory(prefix=f'{PACKAGE}_') as folder:
         generated, image = Path(folder, 'generated'), Path(folder, 'image')

@@ -19,7 +19,7 @@ TYPE_HASHES = {
 """The type hashes of ROS 2 Jazzy's own tf2_msgs, which are also those of Kilted's."""
 
 
-def installed_hash(prefix: Path, type_name: str) -> str | None:
+def _installed_hash(prefix: Path, type_name: str) -> str | None:
     """
     Return the type hash of a type in an installed package.
 
@@ -39,4 +39,4 @@ def installed_hash(prefix: Path, type_name: str) -> str | None:
 def differing(prefix: Path) -> list[str]:
     """Return the types of an installed tf2_msgs that are not Jazzy's."""
     return [name for name, expected in TYPE_HASHES.items()
-            if installed_hash(prefix, name) != expected]
+            if _installed_hash(prefix, name) != expected]

@@ -24,7 +24,7 @@ SUMMARY = '300 ms late: naive 9 m jumps, anchored 1.4 cm off and no jump'
 
 LATE_S, RATE_HZ, OFTEN_HZ, OUTLIERS = 0.3, 2.0, 30.0, 0.01
 SIGMA_M, SIGMA_RAD = 0.01, math.radians(0.3)
-DRIFT = 0.02
+_DRIFT = 0.02
 LIMITS = BlendLimits(from_seconds(0.3), 0.2, 0.1, 0.0)
 
 STEP = from_seconds(0.02)
@@ -60,15 +60,15 @@ def driven(stamp: int) -> Pose:
 def odometry(seconds: float) -> list[Pose]:
     """Return odom_T_base at the stamps: every motion and rotation is 2 % too long."""
     poses = [Pose()]
-    truth = [driven(stamp) for stamp in stamps_for(seconds).tolist()]
+    truth = [driven(stamp) for stamp in _stamps_for(seconds).tolist()]
     for before, after in zip(truth[:-1], truth[1:], strict=True):
         twist = screws.log(before.inverse() @ after)
-        x, y, z, rx, ry, rz = ((1.0 + DRIFT) * part for part in twist)
+        x, y, z, rx, ry, rz = ((1.0 + _DRIFT) * part for part in twist)
         poses.append(poses[-1] @ Pose._make(screws.exp((x, y, z, rx, ry, rz))))
     return poses
 
 
-def stamps_for(seconds: float) -> Stamps:
+def _stamps_for(seconds: float) -> Stamps:
     """Return the stamps of the odometry."""
     return np.arange(0, from_seconds(seconds) + 1, STEP)
 
@@ -134,7 +134,7 @@ class Anchored:
 
 def passed(way: Held | Anchored, rate_hz: float = RATE_HZ) -> Pass:
     """Simulate a robot with one way to publish map -> odom."""
-    stamps = stamps_for(_DURATION_S)
+    stamps = _stamps_for(_DURATION_S)
     odom_T_base = odometry(_DURATION_S)
     coming = sightings(_DURATION_S, rate_hz)
     seen_at, seen = next(coming)
@@ -172,7 +172,7 @@ def run() -> Report:
         anchored)]
     often = passed(Anchored(), rate_hz=OFTEN_HZ)._replace(
         name=f'relocalisation_anchor, {OFTEN_HZ:g} Hz')
-    first = int(np.searchsorted(stamps_for(_DURATION_S), _SETTLED))
+    first = int(np.searchsorted(_stamps_for(_DURATION_S), _SETTLED))
     naive, ours = passes[1], passes[3]
     own = float(passes[0].steps.max())
     return Report(

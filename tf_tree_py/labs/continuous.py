@@ -23,15 +23,15 @@ from .report import Axes, Column, Figure, GREY, name_ticks, Report, STYLES, Tabl
 SUMMARY = 'a spline knows between poses what lerp and slerp cut off; at a jump it rings'
 
 RATES_HZ = (10, 20, 50, 100, 200)
-KNOT_RATES_HZ = (5, 10, 20, 50, 200)
+_KNOT_RATES_HZ = (5, 10, 20, 50, 200)
 NOISE = (0.001, radians(0.1))
 """The standard deviation of a tracker's poses in each axis, metres and radians."""
-NOISY_RATE_HZ = 200
-FOCAL_LENGTH = 300.0
+_NOISY_RATE_HZ = 200
+_FOCAL_LENGTH = 300.0
 """Pixels: of an event camera of 346 x 260 with a wide lens."""
 DEPTH = 2.0
 
-JUMP_RATE_HZ = 100
+_JUMP_RATE_HZ = 100
 _START = from_seconds(1.0)
 _SECONDS = 2.0
 _EVENTS = 20_000
@@ -66,7 +66,7 @@ def pixels(truth: Array, found: Array) -> Array:
     """Return the errors in the image of points straight ahead, (N,) pixels."""
     seen = se3.apply_many(se3.inverse_many(found), se3.apply_many(
         truth, np.broadcast_to([0.0, 0.0, DEPTH], (len(truth), 3))))
-    return FOCAL_LENGTH * np.hypot(seen[:, 0], seen[:, 1]) / seen[:, 2]
+    return _FOCAL_LENGTH * np.hypot(seen[:, 0], seen[:, 1]) / seen[:, 2]
 
 
 class Between(NamedTuple):
@@ -110,20 +110,20 @@ class Noisy(NamedTuple):
     """Error of the angular velocity, rad/s."""
 
 
-def with_noise() -> list[Noisy]:
+def _with_noise() -> list[Noisy]:
     """Return the errors of noisy poses, straight and by splines of several rates."""
-    stamps, asked = poses_at(NOISY_RATE_HZ), events()
+    stamps, asked = poses_at(_NOISY_RATE_HZ), events()
     sigma = np.repeat(NOISE, 3)
     noise = np.random.default_rng(2).normal(0.0, sigma, (len(stamps), 6))
     poses = se3.compose_many(motion(stamps), screws.exp_many(noise))
     truth, turning = motion(asked), _turning(asked)
     straight = np.asarray(
-        _both(stamps, poses, KNOT_RATES_HZ[0])[0].lookup_many('world', 'camera', asked))
+        _both(stamps, poses, _KNOT_RATES_HZ[0])[0].lookup_many('world', 'camera', asked))
     before = stamps.searchsorted(asked, side='right') - 1
     turns = so3.log_many(so3.multiply_many(
         so3.conjugate_many(poses[before, 3:]), poses[before + 1, 3:]))
-    rows = [_noisy('lerp and slerp', truth, straight, turning, turns * NOISY_RATE_HZ)]
-    for rate in KNOT_RATES_HZ:
+    rows = [_noisy('lerp and slerp', truth, straight, turning, turns * _NOISY_RATE_HZ)]
+    for rate in _KNOT_RATES_HZ:
         spline = Spline.fit(stamps, poses, rate)
         rows.append(_noisy(f'spline, {rate} knots/s', truth, spline.poses(asked), turning,
                            spline.twists(asked)[:, 3:]))
@@ -164,8 +164,8 @@ def wrong() -> list[tuple[float, ...]]:
     """
     columns = []
     for height in (jump, contact):
-        stamps = poses_at(JUMP_RATE_HZ)
-        for buffer in _both(stamps, _upright(height(stamps)), JUMP_RATE_HZ):
+        stamps = poses_at(_JUMP_RATE_HZ)
+        for buffer in _both(stamps, _upright(height(stamps)), _JUMP_RATE_HZ):
             columns.append(_in_bands(buffer, height))
     return [*zip(range(_NEAR_KNOTS), *columns, strict=True)]
 
@@ -177,7 +177,7 @@ def _upright(heights: Array) -> Array:
 
 
 def _in_bands(buffer: BufferCore, height: Callable[[Stamps], Array]) -> list[float]:
-    period, middle = 10**9 // JUMP_RATE_HZ, _START + from_seconds(_SECONDS / 2)
+    period, middle = 10**9 // _JUMP_RATE_HZ, _START + from_seconds(_SECONDS / 2)
     errors = []
     for number in range(_NEAR_KNOTS):
         end = middle - number * period
@@ -198,7 +198,7 @@ def power(rates: list[float], errors: list[float]) -> float:
 
 def run() -> Report:
     """Look up an event camera between poses, with noise, and at motions that are not smooth."""
-    rows, noisy, bands = [between(rate) for rate in RATES_HZ], with_noise(), wrong()
+    rows, noisy, bands = [between(rate) for rate in RATES_HZ], _with_noise(), wrong()
     smooth = rows[2:]
     rates = [float(row.rate_hz) for row in smooth]
     powers = {name: power(rates, [getattr(row, name) for row in smooth])
@@ -237,7 +237,7 @@ def _between_table(rows: list[Between]) -> Table:
 
 def _noise_table(rows: list[Noisy]) -> Table:
     return Table(
-        f'Poses at {NOISY_RATE_HZ} Hz with noise of {NOISE[0] * 1e3:g} mm and '
+        f'Poses at {_NOISY_RATE_HZ} Hz with noise of {NOISE[0] * 1e3:g} mm and '
         f'{degrees(NOISE[1]):.1f} deg in each axis: the remaining error (rms)',
         (Column('way', 'way'), Column('moved_m', 'position [mm]', '.3f'),
          Column('turned_rad', 'rotation [deg]', '.3f'),
@@ -246,7 +246,7 @@ def _noise_table(rows: list[Noisy]) -> Table:
 
 def _wrong_table(rows: list[tuple[float, ...]]) -> Table:
     return Table(
-        f'Poses and knots at {JUMP_RATE_HZ} Hz: the largest error before a jump of 0.5 m, and '
+        f'Poses and knots at {_JUMP_RATE_HZ} Hz: the largest error before a jump of 0.5 m, and '
         'before a foot lands at 1 m/s',
         (Column('knots', 'knots before', '.0f'),
          Column('straight_jump_m', 'jump, lerp [mm]', '.3f'),
@@ -269,16 +269,16 @@ def _draw(rows: list[Between], figure: Figure) -> None:
 
 
 def _draw_jump(axes: Axes) -> None:
-    stamps, middle = poses_at(JUMP_RATE_HZ), _START + from_seconds(_SECONDS / 2)
+    stamps, middle = poses_at(_JUMP_RATE_HZ), _START + from_seconds(_SECONDS / 2)
     near = from_seconds(0.06)
     asked = np.arange(middle - near, middle + near, near // 300)
     millis = (asked - middle) * 1e-6
     axes.plot(millis, jump(asked) * 100.0, color=GREY, linewidth=6.0, alpha=0.4, label='truth')
     for style, buffer, label in zip(
-            STYLES[1:3], _both(stamps, _upright(jump(stamps)), JUMP_RATE_HZ),
+            STYLES[1:3], _both(stamps, _upright(jump(stamps)), _JUMP_RATE_HZ),
             ('lerp', 'spline'), strict=True):
         found = buffer.lookup_many('world', 'camera', asked)[:, 2]
         axes.plot(millis, found * 100.0, color=style['color'], linestyle=style['linestyle'],
                   label=label)
     axes.set(xlabel='time, from the jump [ms]', ylabel='position [cm]', ylim=(-12.0, 75.0),
-             title=f'A jump, poses and knots at {JUMP_RATE_HZ} Hz')
+             title=f'A jump, poses and knots at {_JUMP_RATE_HZ} Hz')

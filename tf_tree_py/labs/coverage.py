@@ -22,8 +22,8 @@ from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
 
 RATES_HZ = (10, 25, 100)
-AHEADS_S = (0.05, 0.1, 0.2, 0.5)
-NOISES = (0.0, 0.005)
+_AHEADS_S = (0.05, 0.1, 0.2, 0.5)
+_NOISES = (0.0, 0.005)
 
 _STEP_S = 0.01
 _DRIVE_S = 12.0
@@ -145,9 +145,9 @@ def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> Array:
     rng, buffer = np.random.default_rng(2), BufferCore()
     gyro_stamps, gyro_rates = _gyroscope(robot)
     limits = None if robot.limits is None else {'base': robot.limits}
-    rows: list[list[tuple[float, ...]]] = [[] for _ in AHEADS_S]
+    rows: list[list[tuple[float, ...]]] = [[] for _ in _AHEADS_S]
     due, every = _FIRST_S, round(1.0 / (rate_hz * _STEP_S))
-    for number in range(0, len(poses) - round(max(AHEADS_S) / _STEP_S), every):
+    for number in range(0, len(poses) - round(max(_AHEADS_S) / _STEP_S), every):
         now = number * _STEP_S
         stamp = from_seconds(1.0 + now)
         buffer.insert('odom', 'base', stamp, _measured(poses[number], noise, robot.axes, rng))
@@ -158,7 +158,7 @@ def covered(robot: Robot, poses: Array, rate_hz: int, noise: float) -> Array:
         if now < due:
             continue
         due += _EVERY_S
-        for ahead, found in zip(AHEADS_S, rows, strict=True):
+        for ahead, found in zip(_AHEADS_S, rows, strict=True):
             truth = poses[number + round(ahead / _STEP_S)]
             is_event = robot.event_s is None or -ahead <= now - robot.event_s < 1.0
             in_68, in_95, *squares = _judged(buffer.predict(
@@ -217,7 +217,7 @@ def by_robot() -> list[tuple[str | float | None, ...]]:
     for robot in robots():
         poses = true_poses(robot)
         # Poses without noise beside a gyroscope with errors would be certain along some axes.
-        for noise in NOISES[1:] if robot.has_gyroscope else NOISES:
+        for noise in _NOISES[1:] if robot.has_gyroscope else _NOISES:
             shares = [np.nanmean(covered(robot, poses, rate, noise), axis=1) for rate in RATES_HZ]
             in_68, in_95, in_event, claimed, off = np.mean(shares, axis=(0, 1)).tolist()
             rows.append((robot.name, noise, in_68, in_95, in_event,

@@ -29,7 +29,7 @@ FRAMES = ('odom', 'base_link', 'torso', 'camera', 'dock')
 STAMP = from_seconds(1.0)
 
 # The number of edges after which tf2's BufferCore gives up.
-TF2_MAX_DEPTH = 1000
+_TF2_MAX_DEPTH = 1000
 
 Tree = Mapping[str, tuple[str, Pose]]
 
@@ -55,7 +55,7 @@ def tf2_lookup(tree: Tree, target: str, source: str) -> Pose:
     if target == source:
         return Pose()
     frame, top_T_source = source, Pose()
-    for _ in range(TF2_MAX_DEPTH + 1):
+    for _ in range(_TF2_MAX_DEPTH + 1):
         if frame == target:
             return top_T_source
         if frame not in tree:
@@ -65,7 +65,7 @@ def tf2_lookup(tree: Tree, target: str, source: str) -> Pose:
     else:
         raise TooDeep
     top, frame, top_T_target = frame, target, Pose()
-    for _ in range(TF2_MAX_DEPTH + 1):
+    for _ in range(_TF2_MAX_DEPTH + 1):
         if frame == source:
             return top_T_target.inverse()
         if frame == top:
@@ -175,7 +175,7 @@ def _draw(pairs: list[Pair], figure: Figure) -> None:
     theirs.set_ylabel('target frame')
     ours.set_yticks([])
     figure.supxlabel('white: by /ekf and the static edges;  light grey, italic: by the second '
-                     f'node;  dark: fails, more than {TF2_MAX_DEPTH} deep', fontsize=8.5)
+                     f'node;  dark: fails, more than {_TF2_MAX_DEPTH} deep', fontsize=8.5)
 
 
 def _draw_answers(axes: Axes, who: str,

@@ -20,10 +20,10 @@ from .report import Axes, Column, Figure, GREY, name_ticks, Report, STYLES, Tabl
 SUMMARY = 'a shaken camera, poses at 20 Hz: 0.16 rad off, with a gyroscope 0.0001'
 
 RATES_HZ = (10.0, 20.0, 50.0, 100.0, 200.0)
-GYRO_RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
-BIASES = (0.0, 0.01, 0.05, 0.2)
-HOLES_S = (0.0, 0.01, 0.02, 0.03, 0.04, 0.06, 0.09, 0.12)
-GYRO_HZ = 1000.0
+_GYRO_RATES_HZ = (100.0, 200.0, 500.0, 1000.0)
+_BIASES = (0.0, 0.01, 0.05, 0.2)
+_HOLES_S = (0.0, 0.01, 0.02, 0.03, 0.04, 0.06, 0.09, 0.12)
+_GYRO_HZ = 1000.0
 
 # A hand-held camera that is shaken: about x, y, z.
 _SWING = np.array([0.25, 0.35, 0.55])
@@ -92,7 +92,7 @@ def errors(buffer: BufferCore, stamps: Stamps = _ASKED) -> Array:
     return angles
 
 
-def gap(rate_hz: float, gyro_hz: float = GYRO_HZ, bias: float = 0.0) -> Gap:
+def gap(rate_hz: float, gyro_hz: float = _GYRO_HZ, bias: float = 0.0) -> Gap:
     """Return the largest errors with poses at a rate, without and with a gyroscope."""
     buffer = filled(rate_hz)
     alone = float(errors(buffer).max())
@@ -103,7 +103,7 @@ def gap(rate_hz: float, gyro_hz: float = GYRO_HZ, bias: float = 0.0) -> Gap:
 
 def interrupted(length: float) -> float:
     """Return the largest error with poses at 20 Hz, and gaps of the gyroscope (seconds)."""
-    buffer, stamps = filled(20.0), stamps_at(GYRO_HZ)
+    buffer, stamps = filled(20.0), stamps_at(_GYRO_HZ)
     passed = stamps % _HOLES_EVERY
     # It learns its period before the first gap.
     kept = stamps[(stamps <= _HOLES_EVERY) | (passed == 0) | (passed >= from_seconds(length))]
@@ -115,10 +115,10 @@ def run() -> Report:
     """Look up a shaken camera between its poses, without and with its gyroscope."""
     gaps = [gap(rate) for rate in RATES_HZ]
     at_twenty = gaps[RATES_HZ.index(20.0)]
-    biased = [gap(20.0, bias=bias) for bias in BIASES]
-    coarse = [gap(20.0, gyro_hz=rate) for rate in GYRO_RATES_HZ]
-    holes = [interrupted(length) for length in HOLES_S]
-    slope = (biased[-1].aided - biased[0].aided) / BIASES[-1]
+    biased = [gap(20.0, bias=bias) for bias in _BIASES]
+    coarse = [gap(20.0, gyro_hz=rate) for rate in _GYRO_RATES_HZ]
+    holes = [interrupted(length) for length in _HOLES_S]
+    slope = (biased[-1].aided - biased[0].aided) / _BIASES[-1]
     return Report(
         tables=[_rate_table(gaps), _bias_table(biased), _gyro_table(coarse),
                 _hole_table(holes)],
@@ -147,21 +147,21 @@ def _bias_table(gaps: list[Gap]) -> Table:
     return Table(
         'The effect of a bias of the gyroscope about all axes, with poses at 20 Hz',
         (Column('bias', 'bias [rad/s]', '.2f'), Column('aided_rad', 'off by [mrad]', '.2f')),
-        [(bias, one.aided) for bias, one in zip(BIASES, gaps, strict=True)])
+        [(bias, one.aided) for bias, one in zip(_BIASES, gaps, strict=True)])
 
 
 def _gyro_table(gaps: list[Gap]) -> Table:
     return Table(
         'The required rate of the gyroscope, with poses at 20 Hz',
         (Column('gyro_hz', 'gyroscope [Hz]', '.0f'), Column('aided_rad', 'off by [mrad]', '.2f')),
-        [(rate, one.aided) for rate, one in zip(GYRO_RATES_HZ, gaps, strict=True)])
+        [(rate, one.aided) for rate, one in zip(_GYRO_RATES_HZ, gaps, strict=True)])
 
 
 def _hole_table(offs: list[float]) -> Table:
     return Table(
         'Gaps of the gyroscope, with poses at 20 Hz: up to 100 ms they are bridged',
         (Column('gap_s', 'gap [ms]', '.0f'), Column('off_rad', 'off by [mrad]', '.2f')),
-        [*zip(HOLES_S, offs, strict=True)])
+        [*zip(_HOLES_S, offs, strict=True)])
 
 
 def _draw(gaps: list[Gap], figure: Figure) -> None:
@@ -186,7 +186,7 @@ def _draw_course(axes: Axes) -> None:
     yaw = 180.0 / pi * _angles(stamps)[0][2]
     axes.plot(stamps / 1e6, yaw, color=GREY, linewidth=5.0, alpha=0.4, label='truth')
     axes.plot(stamps / 1e6, _yaws(buffer, stamps), color=STYLES[0]['color'], label='slerp')
-    gyro = stamps_at(GYRO_HZ)
+    gyro = stamps_at(_GYRO_HZ)
     buffer.aid('camera', gyro, true_rates(gyro))
     axes.plot(stamps / 1e6, _yaws(buffer, stamps), color=STYLES[1]['color'], linestyle='--',
               label='with a gyroscope')

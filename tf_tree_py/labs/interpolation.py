@@ -20,7 +20,7 @@ from .report import Axes, Column, Figure, GREY, name_ticks, note, Report, STYLES
 SUMMARY = 'between samples a curve is cut by a T^2/8; a jump invents poses'
 
 SPEED = 0.5
-TURN_RATES = (0.5, 1.0, 2.0)
+_TURN_RATES = (0.5, 1.0, 2.0)
 RATES_HZ = (5.0, 10.0, 20.0, 50.0, 100.0)
 _SWING, _SWING_HZ = 0.5, 1.0
 _SAMPLES = 60
@@ -28,7 +28,7 @@ _PER_GAP = 8
 
 JUMP = Pose.from_xyz_rpy(y=0.5, yaw=radians(10.0))
 """The jump of a localiser that publishes at 10 Hz."""
-JUMP_PERIOD = from_seconds(0.1)
+_JUMP_PERIOD = from_seconds(0.1)
 _JUMP_AT = from_seconds(1.0)
 
 
@@ -97,13 +97,13 @@ def invented(*, sent_before: bool, ratios: Sequence[float] = _RATIOS) -> list[In
     """
     buffer = BufferCore()
     before = Pose()
-    buffer.insert('map', 'odom', _JUMP_AT - JUMP_PERIOD, before)
+    buffer.insert('map', 'odom', _JUMP_AT - _JUMP_PERIOD, before)
     if sent_before:
         buffer.insert('map', 'odom', _JUMP_AT - 1, before)
     buffer.insert('map', 'odom', _JUMP_AT, JUMP)
     found = []
     for ratio in ratios:
-        stamp = _JUMP_AT - round((1.0 - ratio) * JUMP_PERIOD)
+        stamp = _JUMP_AT - round((1.0 - ratio) * _JUMP_PERIOD)
         pose = buffer.lookup('map', 'odom', stamp)
         found.append(Invented(ratio, dist(pose.translation, before.translation),
                               dist(pose.translation, JUMP.translation)))
@@ -113,7 +113,7 @@ def invented(*, sent_before: bool, ratios: Sequence[float] = _RATIOS) -> list[In
 def run() -> Report:
     """Look up poses between samples of a curve, of a swinging head, and of a jump."""
     curves = {rate: [between_samples(partial(pose_at, SPEED, rate), hz) for hz in RATES_HZ]
-              for rate in TURN_RATES}
+              for rate in _TURN_RATES}
     swings = [between_samples(swing, hz) for hz in RATES_HZ]
     factor, power = fit(curves[1.0])
     eighth = factor / SPEED
@@ -168,10 +168,10 @@ def _rate_table() -> Table:
 def _jump_table() -> Table:
     rows = []
     for plain, cured in zip(invented(sent_before=False), invented(sent_before=True), strict=True):
-        rows.append((plain.ratio * as_seconds(JUMP_PERIOD), plain.from_before, plain.from_after,
+        rows.append((plain.ratio * as_seconds(_JUMP_PERIOD), plain.from_before, plain.from_after,
                      cured.from_before))
     return Table(
-        f'map -> odom jumps by {JUMP.y} m, {JUMP_PERIOD / 1e6:.0f} ms after its last sample',
+        f'map -> odom jumps by {JUMP.y} m, {_JUMP_PERIOD / 1e6:.0f} ms after its last sample',
         (Column('after_s', 'after that sample [ms]', '.0f'),
          Column('from_before_m', 'from where it was [cm]', '.1f'),
          Column('from_after_m', 'from where it will be [cm]', '.1f'),
@@ -196,12 +196,12 @@ def _draw(curves: dict[float, list[Gap]], figure: Figure) -> None:
 
 def _draw_jump(axes: Axes) -> None:
     """Draw the answers of lookups during a correction by a localiser."""
-    period, height = JUMP_PERIOD / 1e6, JUMP.y * 100.0
+    period, height = _JUMP_PERIOD / 1e6, JUMP.y * 100.0
     axes.plot([-2.0 * period, 0.0, 0.0, period], [0.0, 0.0, height, height], color=GREY,
               linewidth=6.0, alpha=0.4, label="the localiser's pose")
     axes.plot([-2.0 * period, -period, 0.0, period], [0.0, 0.0, height, height], **STYLES[0],
               label='samples at 10 Hz, and lookups')
-    just_before = 1.0 - 1.0 / JUMP_PERIOD
+    just_before = 1.0 - 1.0 / _JUMP_PERIOD
     cured = invented(sent_before=True, ratios=(0.0, just_before, 1.0))
     axes.plot([(found.ratio - 1.0) * period for found in cured],
               [found.from_before * 100.0 for found in cured], color=STYLES[1]['color'],

@@ -120,7 +120,7 @@ def turning(rate: float, delay: int) -> Turning:
     return Turning(rate, delay, dist(truth, late), speed * seconds, chord, dist(truth, seen))
 
 
-def asking_for_now() -> list[str]:
+def _asking_for_now() -> list[str]:
     """
     Look up now, and the latest, when each image is processed, 50 ms late.
 
@@ -153,7 +153,7 @@ def run() -> Report:
     """Measure with every speed and delay, and with rotation."""
     rows = [lateness(speed, delay) for speed in SPEEDS for delay in DELAYS]
     turns = [turning(rate, delay) for rate in _TURN_RATES for delay in _TURNING_DELAYS]
-    errors, fits, asked = asking_for_now(), slopes(rows), len(_IMAGES)
+    errors, fits, asked = _asking_for_now(), slopes(rows), len(_IMAGES)
     worst = max([row.stamped for row in rows] + [turn.stamped for turn in turns])
     written = ', '.join(f'{speed:g} m/s: {slope:.4f}' for speed, slope in fits.items())
     return Report(

@@ -38,10 +38,10 @@ def description() -> str:
     edges = {**moving(), **SENSORS}
     links = dict.fromkeys(link for edge in edges for link in edge)
     return '\n'.join(['<robot name="humanoid">', *(f'  <link name="{link}"/>' for link in links),
-                      *(line_of(edge, pose) for edge, pose in edges.items()), '</robot>'])
+                      *(_line_of(edge, pose) for edge, pose in edges.items()), '</robot>'])
 
 
-def line_of(edge: tuple[str, str], origin: Pose) -> str:
+def _line_of(edge: tuple[str, str], origin: Pose) -> str:
     """Return the line of a joint: its links, its origin and its type."""
     parent, child = edge
     joint_type = 'fixed' if edge in _FIXED else 'planar' if child in _PLANAR else 'revolute'
@@ -55,7 +55,7 @@ def edited(text: str, child: str) -> tuple[str, int]:
     lines = text.splitlines()
     number = next(number for number, line in enumerate(lines) if f'<joint name="{child}"' in line)
     joint = next(joint for joint in Robot.parse(text).joints if joint.child == child)
-    lines[number] = line_of(joint.edge, joint.origin @ EDIT)
+    lines[number] = _line_of(joint.edge, joint.origin @ EDIT)
     return '\n'.join(lines), number + 1
 
 

@@ -19,7 +19,7 @@ SUMMARY = 'first turn, then go is not first go, then turn; what hides it'
 
 FRAMES = ('map', 'odom', 'base_link', 'camera')
 CAMERA_P = (1.0, 0.0, 0.0)
-FORWARD = (1.0, 0.0, 0.0)
+_FORWARD = (1.0, 0.0, 0.0)
 LEFT_TURN = Pose.from_xyz_rpy(yaw=pi / 2)
 
 # The textbook's example, and its exercise: the same with a robot that faces left.
@@ -37,7 +37,7 @@ def tree(chain: Chain) -> BufferCore:
     return buffer
 
 
-def wrong_order(chain: Chain) -> Pose:
+def _wrong_order(chain: Chain) -> Pose:
     """Return the product of the edges in the wrong order."""
     return reduce(matmul, reversed(chain))
 
@@ -45,7 +45,7 @@ def wrong_order(chain: Chain) -> Pose:
 def placed(map_T_frame: Pose) -> tuple[str, str]:
     """Return the position of a frame, and the direction of its x axis, as text."""
     origin = map_T_frame @ (0.0, 0.0, 0.0)
-    return str(_rounded(origin)), str(_rounded(map_T_frame @ FORWARD - origin))
+    return str(_rounded(origin)), str(_rounded(map_T_frame @ _FORWARD - origin))
 
 
 def point(chain: Chain) -> tuple[float, ...]:
@@ -84,7 +84,7 @@ def run() -> Report:
     go = Pose(1.0, 0.0, 0.0)
     both = [('turn @ go', 'turn, then go ahead', LEFT_TURN @ go),
             ('go @ turn', 'go ahead, then turn', go @ LEFT_TURN)]
-    wrong = {name: _rounded(wrong_order(chain) @ CAMERA_P)
+    wrong = {name: _rounded(_wrong_order(chain) @ CAMERA_P)
              for name, chain in (('example', EXAMPLE), ('exercise', EXERCISE))}
     right = {'example': point(EXAMPLE), 'exercise': point(EXERCISE)}
     back = tree(EXERCISE).lookup('map', 'camera') @ tree(EXERCISE).lookup('camera', 'map')
@@ -165,7 +165,7 @@ def _draw_exercise(axes: Axes) -> None:
         _frame(axes, buffer.lookup('map', frame), frame, colour, line, offsets[frame], size)
     for where, marker, text, side in (
             (point(EXERCISE), 'o', 'the point', (9, -3)),
-            (_rounded(wrong_order(EXERCISE) @ CAMERA_P), 'X',
+            (_rounded(_wrong_order(EXERCISE) @ CAMERA_P), 'X',
              'the same, composed\nfrom the wrong end', (9, -9))):
         axes.plot(*where[:2], marker=marker, color=STYLES[2]['color'], markersize=9)
         note(axes, text, where[:2], side)
@@ -177,7 +177,7 @@ def _frame(axes: Any, pose: Pose, text: str, colour: str, line: str,
            offset: tuple[float, float], size: float = 0.5) -> None:
     """Draw a frame from above: the long arrow is x, the short one y."""
     origin = (pose @ (0.0, 0.0, 0.0))[:2]
-    for tip in (FORWARD, (0.0, 0.6, 0.0)):
+    for tip in (_FORWARD, (0.0, 0.6, 0.0)):
         axes.annotate('', origin + size * ((pose @ tip)[:2] - origin), origin, arrowprops={
             'arrowstyle': '->', 'color': colour, 'linestyle': line, 'linewidth': 1.6,
             'shrinkA': 0.0, 'shrinkB': 0.0})

@@ -21,7 +21,7 @@ from tf_tree_py.core.stamp import from_seconds
 
 from .report import Axes, Column, Figure, GREY, note, Report, STYLES, Table
 
-PlanarTuple = tuple[float, float, float]
+_PlanarTuple = tuple[float, float, float]
 
 
 class Residual(NamedTuple):
@@ -38,13 +38,13 @@ class Residual(NamedTuple):
     """Angle between the two z axes, radians, 0 to pi."""
 
 
-def lift(planar: PlanarTuple) -> PoseTuple:
+def lift(planar: _PlanarTuple) -> PoseTuple:
     """Return the pose in space of a planar pose, at height 0."""
     x, y, yaw = planar
     return (x, y, 0.0, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
 
 
-def project(pose: PoseTuple) -> tuple[PlanarTuple, Residual]:
+def project(pose: PoseTuple) -> tuple[_PlanarTuple, Residual]:
     """
     Return the planar part of a pose in space, and what is lost; the yaw lies in (-pi, pi].
 
@@ -66,8 +66,8 @@ def _wrap(angle: float) -> float:
 
 SUMMARY = 'on a slope a planar tree misplaces a thing at height h by h sin(tilt)'
 
-TILTS_DEG = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
-HEIGHTS = (0.3, 1.0, 2.0)
+_TILTS_DEG = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+_HEIGHTS = (0.3, 1.0, 2.0)
 
 _STAMP = from_seconds(1.0)
 # The pose of the robot; the law does not depend on it.
@@ -92,7 +92,7 @@ def standing(roll: float, pitch: float) -> BufferCore:
     return buffer
 
 
-def flattened(map_T_base: Pose) -> Pose:
+def _flattened(map_T_base: Pose) -> Pose:
     """Return the pose in space that remains if a planar tree stores it."""
     planar, _ = project(map_T_base)
     return Pose._make(lift(planar))
@@ -103,7 +103,7 @@ def on_the_floor(tilt: float, height: float) -> Floor:
     errors = []
     for roll, pitch in ((tilt, 0.0), (0.0, tilt)):
         map_T_base = standing(roll, pitch).lookup('map', 'base_link', LATEST)
-        true, flat = (pose @ (0.0, 0.0, height) for pose in (map_T_base, flattened(map_T_base)))
+        true, flat = (pose @ (0.0, 0.0, height) for pose in (map_T_base, _flattened(map_T_base)))
         errors.append(hypot(*(true - flat)[:2]))
     return Floor(tilt, height, errors[0], errors[1], project(map_T_base)[1].tilt)
 
@@ -113,7 +113,7 @@ def everywhere(pitch: float) -> list[tuple[str, float, float]]:
     map_T_base = standing(0.0, pitch).lookup('map', 'base_link', LATEST)
     points = []
     for base_p in ((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 1.0)):
-        off = map_T_base @ base_p - flattened(map_T_base) @ base_p
+        off = map_T_base @ base_p - _flattened(map_T_base) @ base_p
         points.append((str(base_p), hypot(*off[:2]), abs(float(off[2]))))
     return points
 
@@ -126,9 +126,9 @@ def fit(rows: list[Floor]) -> float:
 
 def run() -> Report:
     """Tilt the robot about both axes, and look up points above it."""
-    rows = [on_the_floor(radians(tilt), height) for height in HEIGHTS for tilt in TILTS_DEG]
+    rows = [on_the_floor(radians(tilt), height) for height in _HEIGHTS for tilt in _TILTS_DEG]
     slope = fit(rows)
-    low, high = (on_the_floor(radians(5.0), height).by_pitch for height in HEIGHTS[:2])
+    low, high = (on_the_floor(radians(5.0), height).by_pitch for height in _HEIGHTS[:2])
     bumpy = project(standing(radians(3.0), radians(4.0)).lookup('map', 'base_link'))[1]
     return Report(
         tables=[_floor_table(rows), _point_table(everywhere(radians(5.0)))],
@@ -168,7 +168,7 @@ def _point_table(points: list[tuple[str, float, float]]) -> Table:
 
 def _draw(rows: list[Floor], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
-    for style, height in zip(STYLES, HEIGHTS, strict=False):
+    for style, height in zip(STYLES, _HEIGHTS, strict=False):
         line = [row for row in rows if row.height == height]
         left.plot([degrees(row.tilt) for row in line], [row.by_pitch * 100.0 for row in line],
                   **style, label=f'h = {height:g} m')

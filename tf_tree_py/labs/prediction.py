@@ -17,8 +17,8 @@ from .report import Axes, Column, Figure, GREY, name_ticks, Report, STYLES, Tabl
 
 SUMMARY = 'beyond the newest data: how far off, and whether the covariance knows it'
 
-AHEADS = tuple(map(from_seconds, (0.020, 0.050, 0.100, 0.200, 0.400)))
-HORIZON = from_seconds(0.5)
+_AHEADS = tuple(map(from_seconds, (0.020, 0.050, 0.100, 0.200, 0.400)))
+_HORIZON = from_seconds(0.5)
 PERIOD = from_seconds(0.020)
 SPEED, BRAKE_AT, BRAKE = 1.0, from_seconds(20.0), 2.0
 # A square of that many deviations leaves out a twentieth: two numbers, chi-square.
@@ -55,7 +55,7 @@ def slalom(stamp: int) -> Pose:
     return Pose.from_xyz_rpy(x=x + SPEED * braking - 0.5 * BRAKE * braking ** 2, y=y, yaw=yaw)
 
 
-def driven_until(end: int) -> BufferCore:
+def _driven_until(end: int) -> BufferCore:
     """Return a buffer that a drive has filled at 50 Hz up to a time."""
     buffer = BufferCore()
     for stamp in range(PERIOD, end + 1, PERIOD):
@@ -63,15 +63,15 @@ def driven_until(end: int) -> BufferCore:
     return buffer
 
 
-def how_far_off(ahead: int) -> Ahead:
+def _how_far_off(ahead: int) -> Ahead:
     """Predict by a time from many moments, and compare with the actual poses."""
-    buffer = driven_until(_BEGIN)
+    buffer = _driven_until(_BEGIN)
     rows = []
     for now in range(_BEGIN + PERIOD, _END, PERIOD):
         buffer.insert('odom', 'base', now, slalom(now))
         if now % from_seconds(0.3):
             continue
-        found = buffer.predict('odom', 'base', now + ahead, HORIZON)
+        found = buffer.predict('odom', 'base', now + ahead, _HORIZON)
         truth = slalom(now + ahead)
         off = np.subtract(truth[:2], found.pose[:2])
         floor = found.covariance[:2, :2]
@@ -88,15 +88,15 @@ def braking(since: int) -> tuple[float, float]:
     :return: the error, and its standard deviation in the covariance, metres.
     """
     now, ahead = BRAKE_AT + since, from_seconds(0.2)
-    found = driven_until(now).predict('odom', 'base', now + ahead, HORIZON)
+    found = _driven_until(now).predict('odom', 'base', now + ahead, _HORIZON)
     return (dist(found.pose[:2], slalom(now + ahead)[:2]),
             sqrt(np.trace(found.covariance[:2, :2])))
 
 
-def beyond_the_horizon() -> str:
+def _beyond_the_horizon() -> str:
     """Return the error message of a prediction beyond the horizon."""
     try:
-        driven_until(_BEGIN).predict('odom', 'base', _BEGIN + 2 * HORIZON, HORIZON)
+        _driven_until(_BEGIN).predict('odom', 'base', _BEGIN + 2 * _HORIZON, _HORIZON)
     except FutureExtrapolationException as error:
         return str(error)
     return ''
@@ -111,10 +111,10 @@ def fit(aheads: list[Ahead]) -> float:
 
 def run() -> Report:
     """Predict robots that swerve, brake, start, turn and fly."""
-    aheads = [how_far_off(ahead) for ahead in AHEADS]
+    aheads = [_how_far_off(ahead) for ahead in _AHEADS]
     brakes = [(since, *braking(from_seconds(since))) for since in (-0.2, -0.1, 0.0, 0.1, 0.3)]
     acceleration = fit(aheads)
-    tenth = aheads[AHEADS.index(from_seconds(0.1))]
+    tenth = aheads[_AHEADS.index(from_seconds(0.1))]
     inside = float(np.mean([one.inside for one in aheads]))
     return Report(
         tables=[_ahead_table(aheads), _brake_table(brakes), _robot_table()],
@@ -123,7 +123,7 @@ def run() -> Report:
             f'{tenth.latest * 100.0:.1f} cm against {tenth.predicted * 100.0:.2f} cm. The '
             'covariance is that of the errors of earlier predictions, and of the accelerations '
             f'that are possible; its 95 % contained {inside * 100.0:.0f} % of the errors.',
-        remarks=[f'Beyond the horizon there is no answer: {beyond_the_horizon()}',
+        remarks=[f'Beyond the horizon there is no answer: {_beyond_the_horizon()}',
                  'A first start, a first turn, and a first brake to rest in less than half a '
                  'second are not covered, unless the limit is given: '
                  "predict(..., acceleration={'base': (4.0, 0.0, 0.0, 0.0, 0.0, 0.0)})."],
@@ -175,10 +175,10 @@ def _draw_course(axes: Axes) -> None:
     way = np.array([slalom(stamp)[:2] for stamp in range(_BEGIN, _END, PERIOD)])
     axes.plot(*way.T, color=GREY, linewidth=4.0, alpha=0.4, label='true path')
     circle = np.linspace(0.0, tau, 49)
-    for now in range(_BEGIN + from_seconds(0.6), _END - HORIZON, from_seconds(1.8)):
-        buffer = driven_until(now)
-        found = [buffer.predict('odom', 'base', now + ahead, HORIZON)
-                 for ahead in range(0, HORIZON, PERIOD)]
+    for now in range(_BEGIN + from_seconds(0.6), _END - _HORIZON, from_seconds(1.8)):
+        buffer = _driven_until(now)
+        found = [buffer.predict('odom', 'base', now + ahead, _HORIZON)
+                 for ahead in range(0, _HORIZON, PERIOD)]
         axes.plot(*np.array([one.pose[:2] for one in found]).T, color=STYLES[1]['color'],
                   label='predicted, 0.5 s ahead' if now < _BEGIN + from_seconds(1.0) else None)
         values, vectors = np.linalg.eigh(found[-1].covariance[:2, :2])

@@ -135,7 +135,7 @@ class Fit(NamedTuple):
     residual: float
 
 
-def relocalise(scene: Scene, seen: Array, prior: PoseTuple) -> Fit:
+def _relocalise(scene: Scene, seen: Array, prior: PoseTuple) -> Fit:
     """
     Return the pose from which a picture was taken.
 
@@ -221,7 +221,7 @@ def odometry(stamp: int) -> Pose:
     return Pose.from_xyz_rpy(yaw=math.radians(0.2) * as_seconds(stamp)) @ _FORWARD @ longer
 
 
-def seen_from(scene: Scene, map_T_camera: Pose, rng: np.random.Generator) -> Array:
+def _seen_from(scene: Scene, map_T_camera: Pose, rng: np.random.Generator) -> Array:
     """Return a picture with the noise of a camera."""
     sharp = picture(scene, map_T_camera)
     return np.asarray(sharp + rng.normal(0.0, NOISE, sharp.shape))
@@ -240,7 +240,7 @@ def trials(scene: Scene) -> list[tuple[float, ...]]:
         truth = driven(int(rng.integers(_DURATION)))
         off, turn = (vector / np.linalg.norm(vector) for vector in rng.normal(size=(2, 3)))
         prior = moved(truth, np.concatenate([PRIOR_M * off, PRIOR_RAD * turn]))
-        fit = relocalise(scene, seen_from(scene, truth, rng), prior)
+        fit = _relocalise(scene, _seen_from(scene, truth, rng), prior)
         done.append((*se3.distance(truth, prior), *se3.distance(truth, fit.map_T_camera),
                      math.sqrt(np.trace(fit.covariance[:3, :3]))))
     return done
@@ -258,7 +258,7 @@ def ride(scene: Scene) -> Ride:
     for stamp in stamps:
         if stamp >= taken + late:
             prior = believed @ odometry(taken)
-            fit = relocalise(scene, seen_from(scene, driven(taken), rng), prior)
+            fit = _relocalise(scene, _seen_from(scene, driven(taken), rng), prior)
             anchor.update(Sighting(taken, fit.map_T_camera, fit.covariance, odometry(taken),
                                    np.zeros((6, 6))))
             if anchor.held is not None:

@@ -21,7 +21,7 @@ SUMMARY = 'lookups at startup, with and without a timeout: who fails, and how lo
 STARTS = 50
 TIMEOUTS_S = (0.0, 0.1, 0.5, 1.0)
 """The textbook uses 0.1 s; 0 is a lookup without a timeout."""
-FRAME_S = 1.0 / 30.0
+_FRAME_S = 1.0 / 30.0
 """A program whose lookup fails retries with the next image."""
 
 PARENT, CHILD, POSE = 'base_link', 'camera', Pose(0.2, 0.0, 0.8)
@@ -31,7 +31,7 @@ _RECORDED = (
     (119, 1), (124, 7), (126, 6), (129, 2), (131, 1), (195, 5), (196, 6), (288, 2), (290, 5),
     (292, 3), (294, 2), (298, 1), (462, 1), (528, 4), (553, 2), (624, 1), (628, 1))
 
-AskWithin = Callable[[float], object]
+_AskWithin = Callable[[float], object]
 
 
 class Start(NamedTuple):
@@ -41,7 +41,7 @@ class Start(NamedTuple):
     success_s: float
 
 
-def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
+def measure(ask: _AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
     """
     Look up with each timeout, concurrently, until all have succeeded.
 
@@ -72,7 +72,7 @@ def measure(ask: AskWithin, begin: Callable[[], object]) -> dict[float, Start]:
             raise
 
 
-def _until_success(ask: AskWithin, timeout_s: float, begin: float,
+def _until_success(ask: _AskWithin, timeout_s: float, begin: float,
                    given_up: threading.Event) -> Start:
     failed = 0
     while True:
@@ -84,7 +84,7 @@ def _until_success(ask: AskWithin, timeout_s: float, begin: float,
             failed += 1
             # The program tries again with its next image.
             passed = time.monotonic() - begin
-            time.sleep(FRAME_S - passed % FRAME_S)
+            time.sleep(_FRAME_S - passed % _FRAME_S)
         else:
             return Start(failed, time.monotonic() - begin)
 

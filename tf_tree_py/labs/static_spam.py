@@ -20,7 +20,7 @@ SUMMARY = 'a calibration sent at 100 Hz, or once: bytes, CPU, and when its sende
 RATE_HZ = 100
 SUBSCRIBERS = 10
 PARENT, CHILD, POSE = 'base_link', 'camera', Pose(0.2, 0.0, 0.8)
-CACHE = from_seconds(10.0)
+_CACHE = from_seconds(10.0)
 
 _SECONDS = 10
 _SPEED = 0.5
@@ -45,7 +45,7 @@ class Cost(NamedTuple):
 
 def cost(how: str, messages: int, *, static: bool) -> Cost:
     """Send messages to ten buffers, as bytes, as their listeners receive them."""
-    buffers = [BufferCore(CACHE) for _ in range(SUBSCRIBERS)]
+    buffers = [BufferCore(_CACHE) for _ in range(SUBSCRIBERS)]
     readers = [WireReader() for _ in range(SUBSCRIBERS)]
     wire = [message(from_seconds((number + 1) / RATE_HZ)) for number in range(messages)]
     begin = time.process_time()
@@ -74,7 +74,7 @@ class Death(NamedTuple):
 def deaths(*, static: bool) -> list[Death]:
     """Stop the calibration's sender while the robot drives on, and look up at some times."""
     period = from_seconds(1.0 / RATE_HZ)
-    buffer = BufferCore(CACHE)
+    buffer = BufferCore(_CACHE)
     now, found = 0, []
     if static:
         buffer.insert(PARENT, CHILD, LATEST, POSE, static=True)
@@ -113,7 +113,7 @@ def run() -> Report:
         law=f'sending {RATE_HZ} times a second takes {spam.messages // once.messages} '
             f'times as many messages in {_SECONDS} s; and when its sender dies, a lookup with a '
             f"stamp fails at once, the latest stops at the dead edge's last stamp (an error of up "
-            f'to {stale:.1f} m here), and when the window of {as_seconds(CACHE):.0f} s has '
+            f'to {stale:.1f} m here), and when the window of {as_seconds(_CACHE):.0f} s has '
             'passed it fails too. A static transform is valid for ever.',
         remarks=[
             "The bytes are those of the message, without DDS's overhead. The CPU time is that "
@@ -169,7 +169,7 @@ def _draw_outcomes(axes: Axes, moving: list[Death], fixed: list[Death]) -> None:
                       facecolor=_FILLS[outcome])
             axes.annotate(outcome, (0.5 * (begin + end), height), ha='center', va='center')
     axes.set_yticks(range(len(ways)), [name for name, *_ in ways])
-    axes.set(xlabel=f'time since the sender died [s]; buffers keep {as_seconds(CACHE):.0f} s',
+    axes.set(xlabel=f'time since the sender died [s]; buffers keep {as_seconds(_CACHE):.0f} s',
              ylim=(-0.5, len(ways) - 0.5))
     axes.grid(axis='y', visible=False)
 

@@ -83,7 +83,7 @@ def lidar(stamp: int) -> Pose:
     return Pose(y=0.3) @ driven(stamp)
 
 
-def by_rule() -> tuple[Run, int]:
+def _by_rule() -> tuple[Run, int]:
     """Return the run in which the rule switches to the camera, and the time of the switch."""
     buffer = BufferCore(UNLIMITED)
     incidents = []
@@ -97,7 +97,7 @@ def by_rule() -> tuple[Run, int]:
     return Run('blend, by rule', poses, incidents[0].detail), incidents[0].stamp
 
 
-def added_speed(ours: Array, camera_says: Array, at: int) -> float:
+def _added_speed(ours: Array, camera_says: Array, at: int) -> float:
     """Return the maximum speed at which poses (N, 7) blend to the camera's after a stamp, m/s."""
     offsets = (ours - camera_says)[at <= _STAMPS, :3]
     return float(np.linalg.norm(np.diff(offsets, axis=0), axis=1).max()) / as_seconds(_STEP)
@@ -105,9 +105,9 @@ def added_speed(ours: Array, camera_says: Array, at: int) -> float:
 
 def run() -> Report:
     """Simulate slipping wheels, and compare three ways to publish the edge."""
-    ours, at = by_rule()
+    ours, at = _by_rule()
     stamps = _STAMPS.tolist()
-    added = added_speed(ours.poses, np.array([camera(stamp) for stamp in stamps]), at)
+    added = _added_speed(ours.poses, np.array([camera(stamp) for stamp in stamps]), at)
     runs = [Run('wheels only', np.array([wheels(stamp) for stamp in stamps])),
             Run('switch in one message', np.array(
                 [wheels(stamp) if stamp <= at else camera(stamp) for stamp in stamps])),

@@ -19,7 +19,7 @@ from .report import Axes, Column, Figure, GREY, name_ticks, note, Report, STYLES
 SUMMARY = 'one degree of mounting error is 9 cm at 5 m; which edge an error comes from'
 
 ANGLE, SHIFT = radians(1.0), 0.01
-DISTANCES = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+_DISTANCES = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 _DRAWS = 20_000
 
 # Standard deviations of x, y, z in metres and of rotation about x, y, z in degrees: a good indoor
@@ -77,8 +77,8 @@ def robot(distance: float = 5.0) -> BufferCore:
 
 def run() -> Report:
     """Look up the uncertainty of an object ahead of a camera, and the edges that cause it."""
-    spreads = [spread(distance) for distance in DISTANCES]
-    at_five = spreads[DISTANCES.index(5.0)]
+    spreads = [spread(distance) for distance in _DISTANCES]
+    at_five = spreads[_DISTANCES.index(5.0)]
     first = robot().lookup_budget('map', 'thing')[0]
     return Report(
         tables=[_distance_table(spreads), _budget_table(), _frames_table()],

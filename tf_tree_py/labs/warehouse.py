@@ -21,7 +21,7 @@ SUMMARY = 'a forklift is right when it stands and wrong when it moves; whose lin
 
 SPEED = 0.5
 TURN_RATE = 0.16
-PALLET_P = (2.5, 0.0, 0.0)
+_PALLET_P = (2.5, 0.0, 0.0)
 """The pallet in base_link, ahead of the forklift, at the stamp of each image."""
 DELAY = from_seconds(0.080)
 
@@ -110,7 +110,7 @@ def miss(scene: str, way: str, delay: int = DELAY) -> tuple[Miss, Forklift]:
         with forklift.audit.data_of(image):
             map_T_base = WAYS[way](forklift, image)
         off = forklift.map_T_base(image).inverse() @ map_T_base
-        seen = off @ PALLET_P - PALLET_P
+        seen = off @ _PALLET_P - _PALLET_P
         ahead_left_turned.append((seen[0], seen[1], off.as_rotation_vector()[2]))
     return Miss(scene, way, *np.mean(ahead_left_turned, axis=0).tolist()), forklift
 
@@ -121,7 +121,7 @@ def run() -> Report:
     straight, turning, curve = (miss(scene, 'now')[0] for scene in list(_SCENES)[1:])
     stamped = max(row.size for row in misses if row.way == "header's stamp")
     both = straight.size + turning.size
-    rate = dist((SPEED, TURN_RATE * PALLET_P[0]), (0.0, 0.0))
+    rate = dist((SPEED, TURN_RATE * _PALLET_P[0]), (0.0, 0.0))
     return Report(
         tables=[_table(misses), _audit_table()],
         law=f'{DELAY / 1e6:.0f} ms late the pallet is {straight.size * 100.0:.1f} cm off by '
@@ -142,7 +142,7 @@ def run() -> Report:
 
 def _table(misses: list[Miss]) -> Table:
     return Table(
-        f'Where the pallet {PALLET_P[0]} m ahead is placed, {DELAY / 1e6:.0f} ms after the image',
+        f'Where the pallet {_PALLET_P[0]} m ahead is placed, {DELAY / 1e6:.0f} ms after the image',
         (Column('scene', 'the forklift is'), Column('way', 'looked up with'),
          Column('off_m', 'off by [cm]', '.2f'), Column('ahead_m', 'ahead [cm]', '.2f'),
          Column('left_m', 'left [cm]', '.2f'), Column('turned_rad', 'turned [deg]', '.2f')),

@@ -20,7 +20,7 @@ from .parameters import declare, Setting
 from .running import ClosingNode, main_of
 
 NAME = 'buffer_server'
-NODE_NAME = 'tf_buffer'
+_NODE_NAME = 'tf_buffer'
 
 SETTINGS = (
     Setting('buffer_size', 120.0, 'how much history is kept, s', (0.0, 1e9)),
@@ -48,7 +48,7 @@ class BufferServerNode(ClosingNode):
         :param node_options: the keyword arguments of rclpy's ``Node``.
         :raises BadInput: a parameter has a wrong type or is out of its range.
         """
-        super().__init__(NODE_NAME, **node_options)
+        super().__init__(_NODE_NAME, **node_options)
         given = declare(self, SETTINGS)
         self.buffer = Buffer(
             Duration(seconds=given['buffer_size']), self,

@@ -41,14 +41,14 @@ from .running import ClosingNode, run, spin
 
 NAME = 'tf_relay'
 
-TOPICS = (
+_TOPICS = (
     Setting('source_tf_topic', 'tf', 'where the robot publishes moving transforms'),
     Setting('tf_topic', TF_TOPIC, 'where to publish them'),
     Setting('source_tf_static_topic', 'tf_static', 'where the robot publishes static transforms'),
     Setting('tf_static_topic', TF_STATIC_TOPIC, 'where to publish them'),
 )
 # Which samples are sent.
-THINNING = (
+_THINNING = (
     Setting('rate_hz', 0.0, 'the highest rate of each frame, Hz of wall time; 0: as often as '
                             'it arrives', (0.0, 1000.0)),
     Setting('rates', {}, 'the same for single frames, by their names on the robot', (0.0, 1000.0)),
@@ -72,18 +72,18 @@ OPTIONS = (
     Setting('zenoh_config', '', 'a Zenoh configuration file (JSON5): TLS, user and password'),
 )
 SETTINGS = (
-    *TOPICS,
+    *_TOPICS,
     FRAME_PREFIX,
     Setting('shared_frames', [], 'frames that keep their name, such as [map]; with '
                                  'from_zenoh, [map] if empty'),
     Setting('frame_filter', [], 'the only frames to pass on, by their names on the robot; if '
                                 'empty, all'),
-    *THINNING,
+    *_THINNING,
     *OPTIONS,
 )
 
 
-def thinning_of(values: Values) -> Thinner:
+def _thinning_of(values: Values) -> Thinner:
     """Return the thinner that the parameters describe; its rates use the robot's frame names."""
     names = rename(frame_prefix=values['frame_prefix'], shared_frames=values['shared_frames'])
     renamed = {frame: names(frame, frame) or (frame, frame) for frame in values['rates']}
@@ -108,7 +108,7 @@ class _ToNode(logging.Handler):
 
 
 @contextmanager
-def logged_by(node: Node) -> Iterator[None]:
+def _logged_by(node: Node) -> Iterator[None]:
     """Log events of the connection to a fleet with a node's logger, within the context."""
     handler = _ToNode(node)
     log.addHandler(handler)
@@ -286,9 +286,9 @@ class TfRelay(ClosingNode):
         super().__init__(NAME, **node_options)
         values = declare(self, SETTINGS)
         topics = {setting.name: topic_of(self, setting.name, values[setting.name])
-                  for setting in TOPICS}
+                  for setting in _TOPICS}
         with ExitStack() as closing:
-            closing.enter_context(logged_by(self))
+            closing.enter_context(_logged_by(self))
             if values['from_zenoh']:
                 self._from_fleet(values, topics, closing)
             elif values['zenoh'] or values['zenoh_config']:
@@ -318,7 +318,7 @@ class TfRelay(ClosingNode):
         if wrong:
             raise BadInput(f'{wrong[0]} and from_zenoh cannot be used together')
         send, send_static = self._outlets(topics)
-        moving = MovingSender(send, thinning_of(values))
+        moving = MovingSender(send, _thinning_of(values))
         closing.callback(moving.close)
         fleet = FleetInput(values, moving, StaticSender(send_static))
         closing.callback(fleet.close)
@@ -339,7 +339,7 @@ class TfRelay(ClosingNode):
             frame_filter=values['frame_filter'] or None))
         receiver = source.listen(
             topics['source_tf_topic'], topics['source_tf_static_topic'],
-            MovingSender(echoes.remembering(send) if echoes else send, thinning_of(values)),
+            MovingSender(echoes.remembering(send) if echoes else send, _thinning_of(values)),
             StaticSender(echoes.remembering(send_static) if echoes else send_static),
             echoes.without if echoes else lambda receive: receive)
         closing.callback(receiver.close)

@@ -30,7 +30,7 @@ _TYPE = 'tf2_msgs/msg/TFMessage'
 _SUFFIX = '.mcap'
 # The most transforms of one stamp in one message; more go into several messages.
 _MOST = 1000
-NO_REMARKS: Mapping[str, str] = {}
+_NO_REMARKS: Mapping[str, str] = {}
 
 
 class Message(NamedTuple):
@@ -50,11 +50,11 @@ def record(tree: Tree, path: str | os.PathLike[str]) -> None:
     curve becomes poses (``EdgeCurve.shown_at``). A bag cannot store covariances, nor the
     measurements of a gyroscope between two poses. Parameters and errors are those of ``write``.
     """
-    write(messages_of(tree), path)
+    write(_messages_of(tree), path)
 
 
 def write(messages: Iterable[Message], path: str | os.PathLike[str],
-          remarks: Mapping[str, str] = NO_REMARKS) -> None:
+          remarks: Mapping[str, str] = _NO_REMARKS) -> None:
     """
     Write messages as a bag of MCAP.
 
@@ -89,7 +89,7 @@ def as_arrived(arrivals: Iterable[ReceivedMessage]) -> Iterator[Message]:
         yield Message(max(arrival.received, LATEST), arrival.static, writer.write(arrival.batch))
 
 
-def messages_of(tree: Tree) -> Iterator[Message]:
+def _messages_of(tree: Tree) -> Iterator[Message]:
     """Yield the transforms of a tree as messages, in order of playback."""
     static = [Sample(str(history.parent), history.child, LATEST, history.sample(LATEST))
               for history in tree.histories.values() if history.is_static]

@@ -159,7 +159,7 @@ LOOKUP_FAILED = 'lookup_failed'
 TOO_SOON, NOTHING = 'the last bag was written too recently', 'no message has arrived'
 """The reasons for not writing a bag, other than errors."""
 
-DEFAULT_MOST_BYTES = 200_000_000
+_DEFAULT_MOST_BYTES = 200_000_000
 """The default memory of a recorder: half a minute of a hundred robots with 25 moving frames."""
 
 # Only a program that invents names uses more pairs of frames than this.
@@ -207,7 +207,7 @@ class FlightRecorder(Observer):
     def __init__(self, folder: str | os.PathLike[str] = '.', *,
                  last: int = from_seconds(30.0), every: int = from_seconds(60.0),
                  keep: int = 10, notify: Notify | None = None,
-                 most_bytes: int = DEFAULT_MOST_BYTES) -> None:
+                 most_bytes: int = _DEFAULT_MOST_BYTES) -> None:
         """
         Begin without messages.
 

@@ -37,7 +37,7 @@ from tf_tree_py.files.whole_files import write_whole
 
 from .plain_text import as_lines
 
-ASSUMED_AGE = from_seconds(0.1)
+_ASSUMED_AGE = from_seconds(0.1)
 """The assumed age of data whose pose was looked up with ``LATEST``, if it is not known."""
 
 # The maximum number of lines; a program has fewer, unless it invents frames.
@@ -70,7 +70,7 @@ class Lookup(NamedTuple):
     :ivar now: the time of the lookup.
     :ivar pose: ``target_T_source`` as returned; None if the lookup raised an error.
     :ivar other_stamp: the stamp to compare with: that of the data if it is known; otherwise
-        the newest, or for a lookup of the latest ``ASSUMED_AGE`` before it.
+        the newest, or for a lookup of the latest ``_ASSUMED_AGE`` before it.
     :ivar other_pose: ``target_T_source`` at that stamp; None if it is not available.
     :ivar stamp_known: whether the stamp of the data is known; see ``LookupAudit.data_of``.
     """
@@ -211,7 +211,7 @@ class LookupAudit(Observer):
             if data_stamp is not None:
                 other_stamp = data_stamp
             elif asked is None:
-                other_stamp = newest - ASSUMED_AGE
+                other_stamp = newest - _ASSUMED_AGE
             if other_stamp != newest:
                 other = self._pose(target, source, other_stamp)
         self.record(Lookup(caller, target, source, asked, newest, now, pose, other_stamp, other,
@@ -228,7 +228,7 @@ class LookupAudit(Observer):
         """Return copies of all lines: possible mistakes first, the largest errors on top."""
         with self._lock:
             lines = [Line(**vars(line)) for line in self._lines.values()]
-        return worst_first(lines)
+        return _worst_first(lines)
 
     def clear(self) -> None:
         """Forget all lines."""
@@ -246,7 +246,7 @@ class LookupAudit(Observer):
             for line in self.lines()], indent=2)
 
 
-def worst_first(lines: Iterable[Line]) -> list[Line]:
+def _worst_first(lines: Iterable[Line]) -> list[Line]:
     """Return lines in order: possible mistakes first, the largest errors on top."""
     return sorted(lines, key=lambda line: (
         not (line.latest or line.stamp_known), -line.moved_m, line.caller, line.target))
@@ -302,5 +302,5 @@ def watch(buffer: Queries) -> None:
 def read(folder: Path) -> list[Line] | None:
     """Return the lines of all programs, the worst first; None if no buffer was made."""
     files = list(folder.glob('*.json'))
-    return worst_first(line for file in files for line in lines_of(file.read_text())
-                       ) if files else None
+    return _worst_first(line for file in files for line in lines_of(file.read_text())
+                        ) if files else None

@@ -103,7 +103,8 @@ def _worst(covariance: Array) -> float:
     return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 
-def certainty_of(tree: UncertainQueries, target: str, source: str, stamp: int) -> Certainty | None:
+def _certainty_of(tree: UncertainQueries, target: str, source: str,
+                  stamp: int) -> Certainty | None:
     """
     Return the uncertainty of a lookup's answer.
 
@@ -251,7 +252,7 @@ def explain(tree: UncertainQueries, target: str, source: str, stamp: int = LATES
         target, source, stamp, found, now, pose, problem, frames,
         tuple(_explained(tree, edge, found, now) for edge in edges),
         unknown, tuple(islice(names, _MAX_FRAMES)) if unknown else (),
-        certainty_of(tree, target, source, found) if pose else None)
+        _certainty_of(tree, target, source, found) if pose else None)
 
 
 def _way(tree: UncertainQueries, target: str, source: str,

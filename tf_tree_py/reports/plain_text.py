@@ -42,26 +42,26 @@ def as_line(pose: Pose) -> str:
     return f'{_translation(pose)}  {_rpy(pose)}'
 
 
-def as_quaternion_line(pose: Pose) -> str:
+def _as_quaternion_line(pose: Pose) -> str:
     """Return translation and quaternion x y z w, in columns of constant width."""
     return f'{_translation(pose)}  q {" ".join(f"{part:9.6f}" for part in pose.rotation)}'
 
 
-def as_matrix_lines(pose: Pose) -> str:
+def _as_matrix_lines(pose: Pose) -> str:
     """Return the 4x4 matrix, one row on each line."""
     return '\n'.join(' '.join(f'{_whole(number, 6):10.6f}' for number in row)
                      for row in pose.as_matrix().tolist())
 
 
-def as_all(pose: Pose) -> str:
+def _as_all(pose: Pose) -> str:
     """Return the pose in all notations."""
     radians = ' '.join(f'{_whole(angle, 4):7.4f}' for angle in pose.as_rpy())
-    return '\n'.join([as_quaternion_line(pose), f'{_rpy(pose)} ({radians} rad)',
-                      as_matrix_lines(pose)])
+    return '\n'.join([_as_quaternion_line(pose), f'{_rpy(pose)} ({radians} rad)',
+                      _as_matrix_lines(pose)])
 
 
 FORMS: Mapping[str, Callable[[Pose], str]] = {
-    'rpy': as_line, 'quaternion': as_quaternion_line, 'matrix': as_matrix_lines, 'all': as_all}
+    'rpy': as_line, 'quaternion': _as_quaternion_line, 'matrix': _as_matrix_lines, 'all': _as_all}
 """The notations of a pose, by name."""
 
 

@@ -63,7 +63,7 @@ def _work(argv: Sequence[str]) -> int:
     if not lines:
         raise Cannot('the program created no buffer of tf_tree_py' if lines is None
                      else 'the program looked up nothing')
-    return FOUND if any(map(is_doubtful, lines)) else FINE
+    return FOUND if any(map(_is_doubtful, lines)) else FINE
 
 
 def _split(argv: Sequence[str]) -> tuple[list[str], bool, list[str]]:
@@ -88,7 +88,7 @@ def _run(command: Sequence[str], folder: Path) -> int:
             os.killpg(process.pid, signal.SIGINT)
 
 
-def is_doubtful(line: Line) -> bool:
+def _is_doubtful(line: Line) -> bool:
     """Return whether a line of code needs attention."""
     off = line.moved_m > _LITTLE_M or line.turned_rad > _LITTLE_RAD
     return line.failed > 0 or (off and (line.latest or line.stamp_known))
@@ -100,7 +100,7 @@ def _tell(lines: Sequence[Line], as_json: bool) -> None:
         return
     out = console()
     for line in lines:
-        out.print(styled(f'{line.caller}', 'warning' if is_doubtful(line) else 'fine'))
+        out.print(styled(f'{line.caller}', 'warning' if _is_doubtful(line) else 'fine'))
         asked = 'the latest' if line.latest else 'a stamp'
         often = times(line.lookups) + (f', {line.failed} failed' if line.failed else '')
         out.print(fields({
@@ -126,7 +126,7 @@ def _moved(line: Line) -> str:
 def _plain(line: Line) -> dict[str, object]:
     found: dict[str, object] = json.loads(json.dumps(vars(line)))
     return {**found, 'caller': line.caller._asdict(), 'meaning': line.meaning,
-            'doubtful': is_doubtful(line)}
+            'doubtful': _is_doubtful(line)}
 
 
 main = entry_point(NAME, _work)

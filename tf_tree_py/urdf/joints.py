@@ -22,11 +22,11 @@ from tf_tree_py.core.text import nearest
 from .robot_xml import DescriptionError, Element, number, numbers, origin_of, quoted
 
 FIXED, PRISMATIC, PLANAR, FLOATING = 'fixed', 'prismatic', 'planar', 'floating'
-TURNING = ('revolute', 'continuous')
+_TURNING = ('revolute', 'continuous')
 
 # The suffixes of a joint's name in the names of its variables, as in MoveIt.
 _PARTS: dict[str, tuple[str, ...]] = {
-    FIXED: (), PRISMATIC: ('',), **dict.fromkeys(TURNING, ('',)), PLANAR: ('/x', '/y', '/theta'),
+    FIXED: (), PRISMATIC: ('',), **dict.fromkeys(_TURNING, ('',)), PLANAR: ('/x', '/y', '/theta'),
     FLOATING: ('/trans_x', '/trans_y', '/trans_z', '/rot_x', '/rot_y', '/rot_z', '/rot_w'),
 }
 _DEFAULT_AXIS = (1.0, 0.0, 0.0)
@@ -314,7 +314,7 @@ class Motion:
         self._slides = [slides for slides in (
             self._sliding(joints, PRISMATIC, PLANAR, part=0), self._sliding(joints, PLANAR, part=1)
         ) if len(slides.rows)]
-        self._turning, self._angles = self._places(joints, *TURNING, PLANAR, part=-1)
+        self._turning, self._angles = self._places(joints, *_TURNING, PLANAR, part=-1)
         axes = np.array([(*joints[row].axis, 0.0) for row in self._turning]).reshape(-1, 4)
         self._cosine_parts = self._origins[self._turning, 3:]
         self._sine_parts = so3.multiply_many(self._cosine_parts, axes)

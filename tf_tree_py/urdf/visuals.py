@@ -44,7 +44,7 @@ class Mesh(NamedTuple):
     scale: tuple[float, float, float]
 
 
-Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
+_Shape: TypeAlias = Box | Cylinder | Sphere | Mesh
 
 
 class Visual(NamedTuple):
@@ -55,7 +55,7 @@ class Visual(NamedTuple):
     :ivar color: red, green, blue and opacity, 0 to 1; None: the description has no colour.
     """
 
-    shape: Shape
+    shape: _Shape
     origin: Pose
     color: Color | None
 
@@ -97,7 +97,7 @@ def visuals_of(link: Element, materials: Mapping[str, Color],
     return tuple(visuals)
 
 
-def _shape_of(visual: Element) -> Shape:
+def _shape_of(visual: Element) -> _Shape:
     geometry = visual.first('geometry')
     if geometry is None or not geometry.children:
         raise visual.error('<visual> has no geometry', 'add one, such as '

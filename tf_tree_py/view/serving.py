@@ -43,7 +43,7 @@ from .page.page import Page
 from .request_log import print_line, RequestLogger
 from .subject import Subject
 
-HeaderValues = Callable[[str], Sequence[str]]
+_HeaderValues = Callable[[str], Sequence[str]]
 """Returns all values of a header."""
 
 _LOCAL = 'localhost'
@@ -61,7 +61,7 @@ class Access(NamedTuple):
     host: str
     token: str = ''
 
-    def refusal(self, headers: HeaderValues, path: str) -> str:
+    def refusal(self, headers: _HeaderValues, path: str) -> str:
         """Return why a request is refused, in one sentence; '' if it is accepted."""
         host = _only(headers('Host'))
         if host is None:
@@ -77,7 +77,7 @@ class Access(NamedTuple):
                     'start tf_view with --token')
         return ''
 
-    def cookie(self, headers: HeaderValues, path: str) -> str:
+    def cookie(self, headers: _HeaderValues, path: str) -> str:
         """Return the cookie for the response to a request; '' if none is needed."""
         if not self._has_token(path):
             return ''
@@ -85,7 +85,7 @@ class Access(NamedTuple):
         _, port = _place(f'http://{_only(headers("Host"))}') or ('', 0)
         return f'tf_view_{port}={self.token}; Path=/; HttpOnly; SameSite=Strict'
 
-    def _knows_token(self, headers: HeaderValues, path: str) -> bool:
+    def _knows_token(self, headers: _HeaderValues, path: str) -> bool:
         return self._has_token(path) or any(map(self._holds_token, headers('Cookie')))
 
     def _has_token(self, path: str) -> bool:

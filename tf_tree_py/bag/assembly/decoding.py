@@ -41,7 +41,7 @@ _TYPES = {'i': 'i4', 'I': 'u4'}
 # Bytes of messages that are read at a time; they fit into the cache of any processor.
 _CACHED_BYTES = 500_000
 
-Bools = npt.NDArray[np.bool_]
+_Bools = npt.NDArray[np.bool_]
 
 
 class MessageBlock:
@@ -63,7 +63,7 @@ class MessageBlock:
             'offsets': [0, *(place.pose for place in places)], 'itemsize': size})
         self._count = len(places)
 
-    def read(self, messages: Sequence[bytes]) -> tuple[Bools, Stamps, Array]:
+    def read(self, messages: Sequence[bytes]) -> tuple[_Bools, Stamps, Array]:
         """
         Return which messages contain the names and possible stamps, and their samples.
 
@@ -94,7 +94,7 @@ class MessageBlock:
 _blocks: WeakKeyDictionary[MessageLayout, MessageBlock] = WeakKeyDictionary()
 
 
-def block_of(layout: MessageLayout) -> MessageBlock:
+def _block_of(layout: MessageLayout) -> MessageBlock:
     """Return the block of a layout, which is made once, and lives as long as the layout."""
     block = _blocks.get(layout)
     if block is None:
@@ -237,7 +237,7 @@ def _add_alike(arrivals: Sequence[RecordedMessage], numbers: list[int], reader: 
             layout = reader.layout_of(arrivals[left[0]].data)
         except WireError:
             break
-        fits, stamps, poses = block_of(layout).read([arrivals[number].data for number in left])
+        fits, stamps, poses = _block_of(layout).read([arrivals[number].data for number in left])
         for edge, *columns in zip(layout.edges, stamps, poses, strict=True):
             parts[edge].append(Samples(left[fits], *columns))
         left = left[~fits]

@@ -52,7 +52,7 @@ from .connections import (
 from .unpacking import Decompressor, PlainFile, zstd
 
 
-def limit_chunks(reader: rosbag1.Reader) -> None:
+def _limit_chunks(reader: rosbag1.Reader) -> None:
     """Make an open reader of ROS 1 raise TooLarge for a chunk beyond the limit."""
     limited = {rosbag1.decompressors[name]: _limited(make) for name, make in (
         ('bz2', bz2.BZ2Decompressor), ('lz4', LZ4FrameDecompressor))}
@@ -140,7 +140,7 @@ class RosbagsFile:
         self._reader: Reader1 | Reader2 = reader(file.path)
         self._reader.open()
         if isinstance(self._reader, Reader1):
-            limit_chunks(self._reader)
+            _limit_chunks(self._reader)
         # A ROS 1 node that was restarted has a second one, which is the same here.
         self._connection_of = {each.id: _connection(each) for each in self._reader.connections}
         self.counts: Counter[Connection] = Counter()

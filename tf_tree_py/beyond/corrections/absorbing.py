@@ -87,7 +87,7 @@ def transition(tree: Tree, stage: Stage, *, is_new: bool = True) -> Transition:
 DEFAULT_OVER = from_seconds(0.5)
 
 
-def checked_motion(correction: PoseLike) -> PoseTuple:
+def _checked_motion(correction: PoseLike) -> PoseTuple:
     """
     Return a caller's correction as a pose.
 
@@ -120,7 +120,7 @@ def checked_limits(over: int, max_speed: float, max_turn_rate: float, reach: flo
     return BlendLimits(span, fast, turn, near)
 
 
-def checked_point(given: npt.ArrayLike) -> Vector3:
+def _checked_point(given: npt.ArrayLike) -> Vector3:
     """
     Return the point of the child whose speed a caller limits.
 
@@ -175,9 +175,9 @@ class CorrectedBuffer(PlainBuffer):
             curve; an invalid pose, stamp or limit.
         """
         limits = checked_limits(over, max_speed, max_turn_rate, reach)
-        motion = checked_motion(correction)
+        motion = _checked_motion(correction)
         seen_at = None if stamp is None else self._stamp_of(stamp)
-        place, child = checked_point(about), checked_frame(child)
+        place, child = _checked_point(about), checked_frame(child)
         with self._lock:
             history = corrected(self._tree.histories.get(child), child)
             if seen_at is not None and history.newest_stamp is not None:

@@ -18,9 +18,9 @@ from typing import NamedTuple
 from tf_tree_py import screws
 from tf_tree_py.core.geometry.so3 import Number, Six
 
-Vector6 = Six[float]
+_Vector6 = Six[float]
 
-ZERO: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+ZERO: _Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 # A blend with a limited rate takes at least this many seconds, because acceleration takes time.
 _LEAST_SECONDS = 0.1
@@ -66,13 +66,13 @@ class Scale(NamedTuple):
     most: float
     seconds: float
 
-    def norm(self, vector: Vector6) -> float:
+    def norm(self, vector: _Vector6) -> float:
         """Return the weighted norm."""
         return math.hypot(
             self.translation * math.hypot(vector[0], vector[1], vector[2]),
             self.rotation * math.hypot(vector[3], vector[4], vector[5]))
 
-    def product(self, a: Vector6, b: Vector6) -> float:
+    def product(self, a: _Vector6, b: _Vector6) -> float:
         """Return the weighted scalar product."""
         return (self.translation**2 * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
                 + self.rotation**2 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]))
@@ -104,7 +104,7 @@ class Course(NamedTuple):
     :ivar line: the change of the offset per unit of distance along the line.
     """
 
-    line: Vector6
+    line: _Vector6
     wait: float
     rate: float
     first: float
@@ -157,7 +157,7 @@ def rate_of(seconds: float, course: Course) -> float:
     return course.cruise_rate * left / course.last if left > 0.0 else 0.0
 
 
-def _fastest(offset: Vector6, distance: float, rate: float, most: float, acceleration: float,
+def _fastest(offset: _Vector6, distance: float, rate: float, most: float, acceleration: float,
              wait: float = 0.0) -> Course:
     """
     Return the fastest course that reduces an offset to zero, from any initial rate.
@@ -198,7 +198,7 @@ class Plan(NamedTuple):
         """Return the duration."""
         return max(self.main.seconds, self.aside.seconds)
 
-    def rates_at(self, seconds: float) -> Vector6:
+    def rates_at(self, seconds: float) -> _Vector6:
         """Return the rate of the offset after some seconds."""
         rate = rate_of(seconds, self.main)
         if self.aside is STANDING:
@@ -210,7 +210,7 @@ class Plan(NamedTuple):
 AT_REST = Plan(STANDING, STANDING, Scale(1.0, 1.0, math.inf, 0.0), 0.0)
 
 
-def planned(offset: Vector6, rates: Vector6, scale: Scale, before: Plan) -> Plan:
+def planned(offset: _Vector6, rates: _Vector6, scale: Scale, before: Plan) -> Plan:
     """
     Return the plan that takes an offset with given rates to zero.
 
@@ -223,7 +223,7 @@ def planned(offset: Vector6, rates: Vector6, scale: Scale, before: Plan) -> Plan
     return Plan(*_courses(offset, rates, scale, acceleration), scale, usual)
 
 
-def _courses(offset: Vector6, rates: Vector6, scale: Scale,
+def _courses(offset: _Vector6, rates: _Vector6, scale: Scale,
              acceleration: float) -> tuple[Course, Course]:
     distance = scale.norm(offset)
     towards, aside = 0.0, rates
@@ -238,7 +238,7 @@ def _courses(offset: Vector6, rates: Vector6, scale: Scale,
             _fastest(screws.times(-1.0, aside), 0.0, across, math.inf, acceleration))
 
 
-def _anew(offset: Vector6, rates: Vector6, scale: Scale,
+def _anew(offset: _Vector6, rates: _Vector6, scale: Scale,
           acceleration: float) -> tuple[Course, Course]:
     """
     Brake on the present line, and begin a new line at the same time.

@@ -151,7 +151,7 @@ class Ends(NamedTuple):
         rotations[gap[0]] = self.between(first).starts[-1]
         rotations[gap[1]] = self.between(last - 1).ends[0]
         knots = sorted(rotations)
-        return dict(zip(knots[1:-1], rates_at_knots(
+        return dict(zip(knots[1:-1], _rates_at_knots(
             knots, [rotations[knot] for knot in knots], before, after)[1:-1], strict=True))
 
 
@@ -199,8 +199,8 @@ def effects_of(missed: Vector3, shares: Sequence[float]) -> Array:
         parts[:, None] * error) @ np.linalg.inv(screws.left_jacobian_many(error)))
 
 
-def rates_at_knots(stamps: Sequence[int], rotations: Sequence[Quaternion],
-                   before: Vector3 | None, after: Vector3 | None) -> list[Vector3]:
+def _rates_at_knots(stamps: Sequence[int], rotations: Sequence[Quaternion],
+                    before: Vector3 | None, after: Vector3 | None) -> list[Vector3]:
     """
     Return the rates of a cubic spline through rotations.
 

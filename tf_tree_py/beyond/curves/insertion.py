@@ -41,7 +41,7 @@ from .aided import aided
 from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve
 from .spline import Spline
 
-SAVED_CURVES: dict[str, type[Spline | ConstantTwist]] = {
+_SAVED_CURVES: dict[str, type[Spline | ConstantTwist]] = {
     'spline': Spline, 'constant twist': ConstantTwist}
 """The curves that files support: their ``load`` raises a ValueError for invalid data."""
 
@@ -215,7 +215,7 @@ class CurveHistory:
         if self.curve is None:
             return {'parent': None, 'curve': None}
         kept = self.curve.saved_as()
-        for name, cls in SAVED_CURVES.items():
+        for name, cls in _SAVED_CURVES.items():
             if type(kept) is cls:
                 return {'parent': self.parent, 'curve': {'kind': name} | kept.save(arrays)}
         raise TreeFileError(
@@ -229,10 +229,10 @@ class CurveHistory:
             return cls(child, None, None)
         parent, part = saved.one('parent', str), saved.part('curve')
         name = part.one('kind', str)
-        if name not in SAVED_CURVES:
+        if name not in _SAVED_CURVES:
             raise ValueError(f'unknown kind of curve {name!r}')
         return cls(child, parent,
-                   as_edge_curve(SAVED_CURVES[name].load(part), f'{parent} -> {child}'))
+                   as_edge_curve(_SAVED_CURVES[name].load(part), f'{parent} -> {child}'))
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
         """Return the error for a stamp outside the curve."""
@@ -255,7 +255,7 @@ def _hint(ends: bool, live: bool) -> str:
     return 'The edge is a curve that ends earlier, and is not extrapolated'
 
 
-def on_curve(history: History | None) -> TypeGuard[CurveHistory]:
+def _on_curve(history: History | None) -> TypeGuard[CurveHistory]:
     """Return whether there is a history, and it is that of a curve."""
     return history is not None and not history.takes_samples
 
@@ -322,7 +322,7 @@ class CurveBuffer(PlainBuffer):
                 f'saturation={saturation!r} radians per second; both must be positive')
         times = self._stamps_of(stamps)
         child = checked_frame(child)
-        rates = checked_rates(angular_velocities, len(times))
+        rates = _checked_rates(angular_velocities, len(times))
         order = np.argsort(times, kind='stable')
         with self._lock:
             history, gyroscope = aided(self._tree.histories.get(child), child,
@@ -349,7 +349,7 @@ def insert_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
         incidents: list[Incident] = []
         if isinstance(sound, Incident):
             incidents = [sound]
-        elif not (on_curve(history) and history.parent == parent
+        elif not (_on_curve(history) and history.parent == parent
                   and history.replace(curve, authority)):
             incidents = intake.tree.insert_history(
                 CurveHistory(child, parent, curve, authority), parent, curve.oldest, authority)
@@ -359,7 +359,7 @@ def insert_curve(intake: Intake, parent: str, child: str, curve: EdgeCurve,
     return intake.insert([newest], authority, insert=insert)
 
 
-def checked_rates(given: npt.ArrayLike, count: int) -> Array:
+def _checked_rates(given: npt.ArrayLike, count: int) -> Array:
     """
     Return a caller's angular velocities as an array (N, 3).
 

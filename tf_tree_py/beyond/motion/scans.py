@@ -130,7 +130,7 @@ def scan_points(scan: Any) -> Array:
 
 # --- the times of the points
 
-FIELDS = ('t', 'time', 'timestamp', 'offset_time')
+_FIELDS = ('t', 'time', 'timestamp', 'offset_time')
 
 UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}
 
@@ -236,11 +236,11 @@ def _step(dtype: np.dtype[np.number], value: float) -> float:
 
 
 def _time_field(names: Sequence[str]) -> str:
-    for name in FIELDS:
+    for name in _FIELDS:
         if name in names:
             return name
     raise InvalidArgumentException(
-        f'The cloud has no time for each point: none of {", ".join(FIELDS)} is among its fields '
+        f'The cloud has no time for each point: none of {", ".join(_FIELDS)} is among its fields '
         f'({", ".join(names)}). If another field holds the times, pass its name')
 
 

@@ -23,10 +23,10 @@ from tf_tree_py.many_stamps import ManyStampQueries
 from .twist import lookup_twist_many
 from ..curves.spline_fit import checked_rate
 
-AVERAGING_INTERVAL = NANOSECONDS_PER_SECOND // 10
+_AVERAGING_INTERVAL = NANOSECONDS_PER_SECOND // 10
 """The interval over which velocities are averaged, nanoseconds; see ``lookup_twist``."""
 
-MOST_STAMPS = 100_000_000
+_MOST_STAMPS = 100_000_000
 """A rate that gives more stamps than this is considered a mistake."""
 
 POSE_COLUMNS = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
@@ -98,7 +98,7 @@ def trajectory(tree: ManyStampQueries, target_frame: str, source_frame: str, sta
 
     :param tree: a buffer, a snapshot or a recording.
     :param stamps: (N,) integer nanoseconds, in any order.
-    :param twist: whether to return velocities, too, averaged over ``AVERAGING_INTERVAL``.
+    :param twist: whether to return velocities, too, averaged over ``_AVERAGING_INTERVAL``.
     :param outside: how to treat stamps without an answer: omit them ('skip'), return NaN
         ('nan'), or raise an error ('fail').
     :raises InvalidArgumentException: invalid arguments, as in ``lookup_many``.
@@ -125,7 +125,7 @@ def _twists(tree: ManyStampQueries, target_frame: str, source_frame: str, stamps
     twists = np.full((len(stamps), 6), np.nan)
     if valid.any():
         twists[valid] = lookup_twist_many(
-            tree, source_frame, target_frame, stamps[valid], AVERAGING_INTERVAL)
+            tree, source_frame, target_frame, stamps[valid], _AVERAGING_INTERVAL)
     return twists
 
 
@@ -157,16 +157,16 @@ def stamps_at_rate(tree: ManyStampQueries, target_frame: str, source_frame: str,
     :param start: leave out earlier stamps, nanoseconds.
     :param stop: leave out later stamps.
     :raises InvalidArgumentException: not a rate, all edges between the two are static, or there
-        would be more than ``MOST_STAMPS`` stamps.
+        would be more than ``_MOST_STAMPS`` stamps.
     :raises TransformException: as in ``lookup``.
     """
     rate_hz = checked_rate(rate_hz, 'rate_hz')
     moving, first, last = _common_span(tree, target_frame, source_frame, start, stop)
     count = int((last - first) * rate_hz / NANOSECONDS_PER_SECOND) + 1
-    if count > MOST_STAMPS:
+    if count > _MOST_STAMPS:
         raise InvalidArgumentException(
             f'{rate_hz:g} Hz from {format_stamp(first)} to {format_stamp(last)} s are {count} '
-            f'stamps, which is more than the limit of {MOST_STAMPS}. The longest edge '
+            f'stamps, which is more than the limit of {_MOST_STAMPS}. The longest edge '
             f'is {_named(max(moving, key=lambda edge: edge.span))}')
     since = np.arange(count) * NANOSECONDS_PER_SECOND / rate_hz
     return np.minimum(first + np.rint(since).astype(np.int64), last)

@@ -54,7 +54,7 @@ class Prediction(NamedTuple):
     beyond: int
 
 
-def checked_horizon(horizon: int) -> int:
+def _checked_horizon(horizon: int) -> int:
     """
     Return the largest time ahead that a caller allows, nanoseconds.
 
@@ -188,7 +188,7 @@ class PredictionQueries(UncertainQueries):
 
         The other errors are those of ``lookup``.
         """
-        stamp, horizon = self._stamp_of(stamp), checked_horizon(horizon)
+        stamp, horizon = self._stamp_of(stamp), _checked_horizon(horizon)
         return self.observers.watch(
             [asked(target_frame, source_frame, stamp)], self._predict, target_frame,
             source_frame, stamp, horizon, checked_limits(acceleration))

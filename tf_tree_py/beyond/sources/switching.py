@@ -26,11 +26,11 @@ from .source_samples import EdgeSource, Sources, sources_by_child
 from ..corrections.absorbing import checked_limits, CorrectionQueries, DEFAULT_OVER, Transition
 from ..corrections.blend import BlendLimits
 
-DEFAULT_WINDOW = from_seconds(1.0)
-DEFAULT_STEADY = from_seconds(2.0)
+_DEFAULT_WINDOW = from_seconds(1.0)
+_DEFAULT_STEADY = from_seconds(2.0)
 
 
-def checked_source(source: object) -> str:
+def _checked_source(source: object) -> str:
     """
     Return the name of a caller's source.
 
@@ -41,8 +41,8 @@ def checked_source(source: object) -> str:
     return source
 
 
-def checked_rule(max_age: int, gate: tuple[float, float] | None, window: int, limits: BlendLimits,
-                 prefer: Sequence[str] = (), steady: int = DEFAULT_STEADY) -> Rule:
+def _checked_rule(max_age: int, gate: tuple[float, float] | None, window: int, limits: BlendLimits,
+                  prefer: Sequence[str] = (), steady: int = _DEFAULT_STEADY) -> Rule:
     """
     Return a caller's rule.
 
@@ -99,7 +99,7 @@ class SourceBuffer(PlainBuffer):
 
         The other parameters are those of ``insert``.
         """
-        source = checked_source(source)
+        source = _checked_source(source)
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
         return self.intake.insert(
             [sample], source, insert=self._insert_of_source, announced=True)
@@ -148,10 +148,10 @@ class SourceBuffer(PlainBuffer):
         return changes[0]
 
     def switch_by_rule(self, child: str, *, max_age: int, gate: tuple[float, float] | None = None,
-                       window: int = DEFAULT_WINDOW, over: int = DEFAULT_OVER,
+                       window: int = _DEFAULT_WINDOW, over: int = DEFAULT_OVER,
                        max_speed: float = math.inf, max_turn_rate: float = math.inf,
                        reach: float = 0.0, prefer: Sequence[str] = (),
-                       steady: int = DEFAULT_STEADY) -> None:
+                       steady: int = _DEFAULT_STEADY) -> None:
         """
         Replace the active source of an edge when it fails; each replacement is an incident.
 
@@ -179,7 +179,7 @@ class SourceBuffer(PlainBuffer):
         The other parameters are those of ``correct``.
         """
         limits = checked_limits(over, max_speed, max_turn_rate, reach)
-        rule = checked_rule(max_age, gate, window, limits, prefer, steady)
+        rule = _checked_rule(max_age, gate, window, limits, prefer, steady)
         if rule.gate and rule.window >= self._tree.cache_time:
             raise InvalidArgumentException(
                 f'Motions cannot be compared over a window of {format_span(rule.window)}, because '

@@ -48,9 +48,9 @@ _LEAST_SINE = 1e-12
 # The smallest part of an interval, chosen so that its sine is not yet zero.
 _LEAST_PART = 1e-200
 
-Matrix9 = tuple[float, float, float, float, float, float, float, float, float]
+_Matrix9 = tuple[float, float, float, float, float, float, float, float, float]
 """A matrix (3, 3), row by row."""
-UNTURNED: Matrix9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+_UNTURNED: _Matrix9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 # Gives the matrix of a cross product, row by row: v @ SKEW is [v].
 SKEW = np.zeros((3, 9))
@@ -130,7 +130,7 @@ rotation blocks of M (its lower right), nine doubles each, and the C, 21 doubles
 
 _TURN_AS_BYTES = struct.Struct('9d').pack
 _COVARIANCE_AS_BYTES = struct.Struct(f'{PACKED_FLOATS}d').pack
-_ONE_WEIGHT, _NO_TURN = (1.0,), _TURN_AS_BYTES(*UNTURNED)
+_ONE_WEIGHT, _NO_TURN = (1.0,), _TURN_AS_BYTES(*_UNTURNED)
 
 
 def one_term(packed: Bytes) -> Terms:
@@ -241,7 +241,7 @@ def ends_turned(ratio: Array, turn: Rows, back: Rows | None = None) -> tuple[Row
     if back is not None:
         last = product(back, last)
         rest = np.maximum(1.0 - ratio, _LEAST_REST)
-        first = weighted_sum(1.0 / rest, UNTURNED, -ratio / rest, last)
+        first = weighted_sum(1.0 / rest, _UNTURNED, -ratio / rest, last)
     return first, last
 
 
@@ -282,7 +282,7 @@ def ends_turned_once(ratio: float, turn: so3.Quaternion) -> tuple[float, ...]:
     x, y, z, w = turn if turn[3] >= 0.0 else (-turn[0], -turn[1], -turn[2], -turn[3])
     sine = math.sqrt(x * x + y * y + z * z)
     if sine < _LEAST_SINE:
-        return UNTURNED + UNTURNED
+        return _UNTURNED + _UNTURNED
     return _turn_matrices((x, y, z), *turning(
         ratio, 1.0 - ratio, math.atan2(sine, w), sine, sine, math.sin, math.cos))
 

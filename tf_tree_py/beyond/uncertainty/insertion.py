@@ -222,12 +222,12 @@ class UncertainBuffer(PlainBuffer):
         sample = admitted(Sample(parent, child, self._stamp_of(stamp), checked_pose(pose)))
         if covariance is None:
             return self._refusals.report(self.intake.insert([sample], authority, static), strict)
-        return self._refusals.report(insert_uncertain(
+        return self._refusals.report(_insert_uncertain(
             self.intake, sample, checked_covariance(covariance), authority, static), strict)
 
 
-def insert_uncertain(intake: Intake, sample: Sample, covariance: Array, authority: str,
-                     static: bool) -> list[Incident]:
+def _insert_uncertain(intake: Intake, sample: Sample, covariance: Array, authority: str,
+                      static: bool) -> list[Incident]:
     """Insert a sample and its covariance (6, 6), or neither if one of them is refused."""
     def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
         incidents = intake.insert_each(samples, authority, static)
@@ -254,6 +254,6 @@ def insert_estimate(intake: Intake, estimate: EdgeEstimate, with_pose: bool,
     """Insert an edge's covariance from a topic, and on request its pose too."""
     parent, child, stamp, pose, covariance = estimate
     if with_pose:
-        return insert_uncertain(
+        return _insert_uncertain(
             intake, Sample(parent, child, stamp, pose), covariance, authority, False)
     return insert_covariance(intake, parent, child, stamp, covariance, authority)

@@ -16,8 +16,8 @@ from typing import Final
 Quaternion = tuple[float, float, float, float]
 PoseTuple = tuple[float, float, float, float, float, float, float]
 # Two successive samples in a history's memory.
-PosePair = tuple[float, float, float, float, float, float, float,
-                 float, float, float, float, float, float, float]
+_PosePair = tuple[float, float, float, float, float, float, float,
+                  float, float, float, float, float, float, float]
 
 # Not Final, because mypyc loses a Final that is a tuple.
 IDENTITY: PoseTuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -93,7 +93,7 @@ def inverse(a_T_b: PoseTuple) -> PoseTuple:
     )
 
 
-def between_samples(pair: PosePair, stamp: int, first: int, last: int) -> PoseTuple:
+def between_samples(pair: _PosePair, stamp: int, first: int, last: int) -> PoseTuple:
     """
     Return the pose between two successive samples.
 

@@ -97,7 +97,7 @@ class Poses(NDArrayOperatorsMixin):
         return product(self._array, other)
 
     def __rmatmul__(self, other: object) -> 'Poses | Array':
-        return product(poses_of(other), self._array)
+        return product(_poses_of(other), self._array)
 
     # --- what an array has
 
@@ -181,7 +181,7 @@ def result_of(ufunc: np.ufunc, method: str, inputs: Sequence[object],
 
 
 def _matmul(left: object, right: object) -> 'Pose | Poses | Array':
-    made = product(poses_of(left), right)
+    made = product(_poses_of(left), right)
     return _as_one(made) if isinstance(left, Pose) or isinstance(right, Pose) else made
 
 
@@ -215,7 +215,7 @@ def product(a_T_b: Array, other: object) -> Poses | Array:
             'all') from None
 
 
-def poses_of(given: object) -> Array:
+def _poses_of(given: object) -> Array:
     """
     Return the left operand of ``@`` as poses (..., 7).
 
@@ -340,7 +340,7 @@ class Pose(NamedTuple):
         return _as_one(product(np.array(self), other))
 
     def __rmatmul__(self, other: object) -> 'Pose | Poses | Array':
-        return _as_one(product(poses_of(other), self))
+        return _as_one(product(_poses_of(other), self))
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: object,
                         **options: Any) -> object:

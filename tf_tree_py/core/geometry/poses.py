@@ -49,7 +49,7 @@ PosesLike: TypeAlias = PoseLike | Sequence[PoseLike]
 """The types that are accepted as many poses."""
 
 # A quaternion whose squared length differs from one by less than this is used unchanged.
-UNIT_TOLERANCE = 1e-12
+_UNIT_TOLERANCE = 1e-12
 
 # They may have seven parts that ``float`` converts, but characters are no coordinates, and a set
 # and a dictionary have no order that means x, y and z.
@@ -110,7 +110,7 @@ def is_sound(pose: PoseTuple) -> bool:
     x, y, z, qx, qy, qz, qw = pose
     # The comparison is also False for NaN and infinity.
     excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * (x + y + z)
-    return -UNIT_TOLERANCE < excess < UNIT_TOLERANCE
+    return -_UNIT_TOLERANCE < excess < _UNIT_TOLERANCE
 
 
 def judged(poses: Array) -> tuple[Array, Mask]:
@@ -125,7 +125,7 @@ def judged(poses: Array) -> tuple[Array, Mask]:
     excess = np.einsum('ij,ij->i', q, q) - 1.0
     # Zero, but NaN if any number is NaN or infinite; a comparison with NaN is false.
     nothing = 0.0 * float(np.einsum('ij->', poses))
-    if float(np.einsum('i,i->', excess, excess)) + nothing < UNIT_TOLERANCE ** 2:
+    if float(np.einsum('i,i->', excess, excess)) + nothing < _UNIT_TOLERANCE ** 2:
         return poses, np.ones(len(poses), dtype=bool)
     with np.errstate(all='ignore'):
         # Scaled by the largest component, because the square of a very small or large number
@@ -135,7 +135,7 @@ def judged(poses: Array) -> tuple[Array, Mask]:
         sizes = np.sqrt(np.einsum('ij,ij->i', scaled, scaled))
         good = np.isfinite(poses).all(axis=1) & (largest > 0.0) & np.isfinite(largest * sizes)
     unit = poses.copy()
-    rough = good & ~(np.abs(excess) < UNIT_TOLERANCE)
+    rough = good & ~(np.abs(excess) < _UNIT_TOLERANCE)
     unit[rough, 3:] = scaled[rough] / sizes[rough, None]
     return unit, good
 

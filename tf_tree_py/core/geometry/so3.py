@@ -41,7 +41,7 @@ Vector3 = Three[float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 # A matrix whose R^T R differs from I by more than this is not a rotation.
-ORTHONORMAL_TOLERANCE = 1e-6
+_ORTHONORMAL_TOLERANCE = 1e-6
 
 # Closer to gimbal lock than this many radians, roll is set to zero.
 _GIMBAL_LOCK = 1e-12
@@ -283,7 +283,7 @@ def from_matrix_many(matrices: Array) -> Array:
     """
     m = matrices
     gram = np.swapaxes(m, -1, -2) @ m
-    if not np.all(np.abs(gram - np.eye(3)) < ORTHONORMAL_TOLERANCE):
+    if not np.all(np.abs(gram - np.eye(3)) < _ORTHONORMAL_TOLERANCE):
         raise ValueError('not a rotation: R^T R differs from I by more than 1e-6')
     if not np.all(np.linalg.det(m) > 0.0):
         raise ValueError('not a rotation: det R = -1, a reflection')

@@ -42,7 +42,7 @@ _TRANSFORM_BYTES = 500
 _NAME_BYTES = 5
 STEP = 500
 """The transforms of a large message that are processed at a time, some milliseconds."""
-NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
+_NATIVE = {'little': '<', 'big': '>'}[sys.byteorder]
 """The byte order of this machine, as struct's letter."""
 
 Key = tuple[int, bytes]
@@ -115,7 +115,7 @@ class MessageLayout:
             return None
         values = self._unpack_numbers(data)
         poses: Sequence[bytes] = values[2::3]
-        if self.order != NATIVE:
+        if self.order != _NATIVE:
             poses = [pack_pose(*struct.unpack(f'{self.order}7d', pose)) for pose in poses]
         secs, nanosecs = values[::3], values[1::3]
         stamps, worst = _stamps(secs, nanosecs)

@@ -28,7 +28,7 @@ from ..errors import (
     TransformException,
 )
 
-Histories = Mapping[str, History]
+_ByChild = Mapping[str, History]
 
 
 class Climb(NamedTuple):
@@ -48,7 +48,7 @@ class Climb(NamedTuple):
         return self.frames[-1]
 
 
-def climb(histories: Histories, frame: str, stamp: int | None, stop: Container[str] = ()) -> Climb:
+def climb(histories: _ByChild, frame: str, stamp: int | None, stop: Container[str] = ()) -> Climb:
     """
     Climb from a frame to the first frame in ``stop``, or as far as there is data.
 
@@ -104,7 +104,7 @@ class Branches(NamedTuple):
         return self.source.frames.index(self.target.top)
 
 
-def climb_both(histories: Histories, target: str, source: str, stamp: int | None) -> Branches:
+def climb_both(histories: _ByChild, target: str, source: str, stamp: int | None) -> Branches:
     """Climb from two frames until they meet, or as far as there is data."""
     from_source = climb(histories, source, stamp, (target,))
     return Branches(from_source, climb(histories, target, stamp, set(from_source.frames)))
@@ -125,7 +125,7 @@ class _Reach(NamedTuple):
     ends: bool
 
 
-def _reach(histories: Histories, start: str, stamp: int) -> _Reach:
+def _reach(histories: _ByChild, start: str, stamp: int) -> _Reach:
     frames, to_visit, ends = {start}, [start], True
     for frame in to_visit:
         history = histories.get(frame)
@@ -138,7 +138,7 @@ def _reach(histories: Histories, start: str, stamp: int) -> _Reach:
     return _Reach(frames, ends)
 
 
-def blockers(histories: Histories, target: str, source: str,
+def blockers(histories: _ByChild, target: str, source: str,
              stamp: int) -> tuple[Blocker, ...] | None:
     """
     Return all edges whose next samples may decide whether two climbs meet.
@@ -170,7 +170,7 @@ class Loop(NamedTuple):
 _Trail = tuple[History, str, '_Trail | None']
 
 
-def find_loop(histories: Histories, parent: str, child: str, begin: int, end: int,
+def find_loop(histories: _ByChild, parent: str, child: str, begin: int, end: int,
               without: Collection[History] = ()) -> Loop | None:
     """
     Return a path from a parent up to its new child at any time in an interval.
@@ -222,7 +222,7 @@ class ClearedEdge(NamedTuple):
 class Cleared:
     """The last time that a tree was cleared: why, and what it had."""
 
-    def __init__(self, why: str, histories: Histories) -> None:
+    def __init__(self, why: str, histories: _ByChild) -> None:
         """
         Take note of what is about to be cleared.
 
@@ -236,7 +236,7 @@ class Cleared:
             if not history.is_static and oldest is not None and latest is not None:
                 self._edges[child] = ClearedEdge(history.parent, oldest, latest)
 
-    def explain(self, error: TransformException, histories: Histories) -> None:
+    def explain(self, error: TransformException, histories: _ByChild) -> None:
         """
         Replace the hint of an error if the lookup failed because the tree was cleared.
 
@@ -247,7 +247,7 @@ class Cleared:
         if what:
             error.hint = f'{what}: {self._why}'
 
-    def _lost(self, error: TransformException, histories: Histories) -> str:
+    def _lost(self, error: TransformException, histories: _ByChild) -> str:
         """Return which data the lookup lacks because of it; '' if it would have failed anyway."""
         if isinstance(error, ConnectivityException):
             above_target, above_source = (
@@ -265,7 +265,7 @@ class Cleared:
         return ('The buffer forgot the data of this edge, and has received none since'
                 if isinstance(error, NoDataException) else '')
 
-    def _above(self, frame: str | None, histories: Histories) -> set[str]:
+    def _above(self, frame: str | None, histories: _ByChild) -> set[str]:
         """Return a frame and those above it, by edges of now and by those cleared since."""
         above: set[str] = set()
         while frame is not None and frame not in above:

@@ -247,8 +247,8 @@ class Tree:
         if child in self.frames:  # otherwise it has no children
             loop = self._close_loop(parent, child, time, silent)
             if loop is not None:
-                return [loop_closed(loop, child, stamp, authority)]
-        incidents = [silent_edge_ended(edge, parent, child, stamp, authority)
+                return [_loop_closed(loop, child, stamp, authority)]
+        incidents = [_silent_edge_ended(edge, parent, child, stamp, authority)
                      for edge in silent]
         for edge in silent:
             edge.end()
@@ -372,8 +372,8 @@ def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, in
 _MAX_FIGHTS = 1_000
 
 
-def silent_edge_ended(edge: MovingHistory, parent: str, child: str, stamp: int,
-                      authority: str) -> Incident:
+def _silent_edge_ended(edge: MovingHistory, parent: str, child: str, stamp: int,
+                       authority: str) -> Incident:
     """Return the incident of a new edge that reverses a silent one."""
     assert edge.newest_stamp is not None
     return Incident(
@@ -384,7 +384,7 @@ def silent_edge_ended(edge: MovingHistory, parent: str, child: str, stamp: int,
         'is still available')
 
 
-def loop_closed(loop: Loop, child: str, stamp: int, authority: str) -> Incident:
+def _loop_closed(loop: Loop, child: str, stamp: int, authority: str) -> Incident:
     """Return the incident of an edge that was refused because it would close a loop."""
     parent = loop.edges[0].child
     way = ' -> '.join([child, parent, *loop.frames])

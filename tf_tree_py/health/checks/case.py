@@ -39,7 +39,7 @@ _DAY = from_seconds(86_400.0)
 # 2001, in nanoseconds: the clock of a simulation usually begins at zero.
 _EPOCH = 10**18
 # A stamp is frozen only if it was received at least this often.
-FROZEN_SAMPLES = 5
+_FROZEN_SAMPLES = 5
 
 
 @dataclass
@@ -119,7 +119,7 @@ def _medians(delays: Sequence[Delays]) -> Delays:
     return Delays(*(median(column) for column in zip(*delays, strict=True)))
 
 
-def drift_of(received: Array, delays: Array, interval: float) -> Drift | None:
+def _drift_of(received: Array, delays: Array, interval: float) -> Drift | None:
     """
     Return the drift of an edge; None if it is not significant.
 
@@ -161,9 +161,9 @@ def is_frozen(moving: MovingEdge) -> bool:
     """Return whether an edge repeated one stamp for as long as would count as silence."""
     timing = moving.timing
     # Measured by the clock of the arrivals: a slow simulation repeats stamps for longer.
-    several = timing.intervals.count >= FROZEN_SAMPLES
+    several = timing.intervals.count >= _FROZEN_SAMPLES
     between = timing.span / timing.intervals.count if several else 1.0
-    return (timing.frozen.samples >= FROZEN_SAMPLES
+    return (timing.frozen.samples >= _FROZEN_SAMPLES
             and timing.frozen.span > silence_allowed(max(timing.interval, between)))
 
 
@@ -429,7 +429,7 @@ class Case:
     @cached_property
     def drifts(self) -> dict[EdgeRecord, Drift]:
         """Return the drifts of edges whose delays grow or shrink steadily."""
-        found = {edge: drift_of(*self.timebase.delays(timing_of(edge)), timing_of(edge).interval)
+        found = {edge: _drift_of(*self.timebase.delays(timing_of(edge)), timing_of(edge).interval)
                  for edge in self._unset}
         return {edge: drift for edge, drift in found.items() if drift is not None}
 

@@ -30,7 +30,7 @@ from ..measures.edge_record import EdgeRecord, MovingEdge
 _SEPARATOR = re.compile(r'(?<![0-9])[\W_]+|[\W_]+(?![0-9])')
 
 
-def likeness(name: str) -> str:
+def _likeness(name: str) -> str:
     """Return a name in lower case, without blanks and separators."""
     # A separator between two digits is kept: link_1_1 is not link_11.
     return _SEPARATOR.sub('', name.casefold())
@@ -44,7 +44,7 @@ def similar_names(case: Case) -> Iterator[Remark]:
     """Find frames whose names have the same likeness."""
     alike: dict[str, list[str]] = {}
     for frame in case.frames:
-        alike.setdefault(likeness(frame), []).append(frame)
+        alike.setdefault(_likeness(frame), []).append(frame)
     for names in alike.values():
         if len(names) > 1:
             edges = [edge for edge in case.edges if {*edge.frames} & {*names}]
@@ -303,9 +303,9 @@ def _is_fixed_twice(edges: list[EdgeRecord]) -> bool:
 def unconnected(case: Case) -> Iterator[Remark]:
     """Find trees besides the largest; robots with prefixes of their own are only a note."""
     trees = case.trees
-    known = {likeness(frame) for frame in trees[0]} if trees else set()
+    known = {_likeness(frame) for frame in trees[0]} if trees else set()
     for tree in trees[1:]:
-        if any(likeness(frame) in known for frame in tree):
+        if any(_likeness(frame) in known for frame in tree):
             continue  # similar_names reports it: equal names would join the trees
         roots = tuple(frame for one in (trees[0], tree) for frame in one if frame in case.roots)
         edges = [edge for frame in tree for edge in case.above.get(frame, ())]

@@ -6,17 +6,17 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-Item = TypeVar('Item')
+_Item = TypeVar('_Item')
 
 
-def grouped(items: Iterable[Item],
-            belongs: Callable[[Sequence[Item], Item], bool]) -> list[list[Item]]:
+def grouped(items: Iterable[_Item],
+            belongs: Callable[[Sequence[_Item], _Item], bool]) -> list[list[_Item]]:
     """
     Return items in groups of successive ones.
 
     :param belongs: returns whether an item belongs to the group before it.
     """
-    groups: list[list[Item]] = []
+    groups: list[list[_Item]] = []
     for item in items:
         if groups and belongs(groups[-1], item):
             groups[-1].append(item)

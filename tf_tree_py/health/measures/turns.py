@@ -64,7 +64,7 @@ class Turns:
         if not self._intervals and not self._judged:
             # A report asks several times, and this takes about a millisecond.
             self._judged = True
-            self._partial = intervals_of_two(self._times, self._poses, self._turns)
+            self._partial = _intervals_of_two(self._times, self._poses, self._turns)
         return self._intervals or self._partial
 
     def add(self, steps: Steps) -> None:
@@ -108,7 +108,7 @@ class Turns:
         while len(turns) >= _TOGETHER and not self._intervals:
             if abs(int(times[0, 0]) - self._examined) > _OFTEN:
                 self._examined = int(times[0, _TOGETHER - 1])
-                self._intervals = intervals_of_two(
+                self._intervals = _intervals_of_two(
                     times[:, :_TOGETHER], poses[:, :_TOGETHER], turns[:_TOGETHER])
             times, poses, turns = times[:, _TOGETHER:], poses[:, _TOGETHER:], turns[_TOGETHER:]
         self._times, self._poses, self._turns = times.copy(), poses.copy(), turns.copy()
@@ -139,8 +139,8 @@ _SELDOM = 0.05
 _SHAKEN = 3000.0
 
 
-def intervals_of_two(times: Stamps, points: Array,
-                     turns: Mask) -> tuple[float, float] | None:
+def _intervals_of_two(times: Stamps, points: Array,
+                      turns: Mask) -> tuple[float, float] | None:
     """
     Return the usual intervals of two publishers, nanoseconds; None: it may be one.
 

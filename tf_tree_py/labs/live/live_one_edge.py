@@ -20,7 +20,7 @@ from ..one_edge import description, edited
 from ..remount import MODULES
 from ..report import Report
 
-EDITED = 'torso'
+_EDITED = 'torso'
 _PERIOD = from_seconds(0.020)
 _PROCESSES = 3
 
@@ -44,7 +44,7 @@ def run(processes: int = _PROCESSES) -> Report:
         with executable('urdf_broadcaster', '--urdf', str(path)):
             lab.start(encoders)
             pipes, before = start_modules(lab, processes)
-            new_text, line = edited(text, EDITED)
+            new_text, line = edited(text, _EDITED)
             saved = time.time_ns()
             path.write_text(new_text)
             after = changes(pipes)
@@ -55,7 +55,7 @@ def _report(before: dict[str, Answer], after: dict[str, Answer], saved: int, lin
             lines: int) -> Report:
     slowest = max((found.when - saved) / 1e9 for found in after.values())
     return Report(
-        tables=[table(f'Line {line} of {lines} is edited, the joint {EDITED!r}: moved by 1 cm, '
+        tables=[table(f'Line {line} of {lines} is edited, the joint {_EDITED!r}: moved by 1 cm, '
                       'rotated by 2 degrees', before, after, saved)],
         law=f'one of {lines} lines, edited while all processes ran, changed the answers of the '
             f'{len(after)} modules that use that edge within {slowest * 1e3:.0f} ms, and '

@@ -49,7 +49,7 @@ def publish(node: Node, pipe: Connection) -> None:
         fixed.sendTransform(transform_stamped(*REMOUNTED, time.time_ns(), REMOUNT))
 
 
-def perceive(node: Node, pipe: Connection, modules: Sequence[Module]) -> None:
+def _perceive(node: Node, pipe: Connection, modules: Sequence[Module]) -> None:
     """Run some modules: look up their sensors 50 times a second, and report changes."""
     reported: dict[Module, Pose] = {}
     with listening(node) as buffer:
@@ -77,7 +77,7 @@ def run(processes: int = _PROCESSES) -> Report:
 
 def start_modules(lab: Session, processes: int) -> tuple[list[Connection], dict[str, Answer]]:
     """Start processes with all modules; return them, and the first answer of each module."""
-    pipes = [lab.start(perceive, MODULES[number::processes]) for number in range(processes)]
+    pipes = [lab.start(_perceive, MODULES[number::processes]) for number in range(processes)]
     first: dict[str, Answer] = {}
     while len(first) < len(MODULES):
         first.update((found.module, found) for found in answers(pipes))

@@ -89,7 +89,7 @@ class Session:
 
     def node(self, name: str) -> Node:
         """Return a new node of this process; it lives as long as the session."""
-        self._nodes.append(small_node(name, self.context))
+        self._nodes.append(_small_node(name, self.context))
         return self._nodes[-1]
 
     def start(self, work: Work, *arguments: object) -> Connection:
@@ -175,7 +175,7 @@ def _play(work: Work, pipe: Connection, domain_id: int, arguments: tuple[object,
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _surround_by(domain_id)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    node = small_node(work.__name__)
+    node = _small_node(work.__name__)
     # The lab has ended: it closed the pipe while we were reading or writing.
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         work(node, pipe, *arguments)
@@ -190,7 +190,7 @@ def new_context() -> Context:
     return context
 
 
-def small_node(name: str, context: Context | None = None) -> Node:
+def _small_node(name: str, context: Context | None = None) -> Node:
     """Return a node without the services and topics that a lab does not need."""
     return Node(name, context=context, use_global_arguments=False, enable_rosout=False,
                 start_parameter_services=False)
@@ -200,7 +200,7 @@ def small_node(name: str, context: Context | None = None) -> Node:
 def lone_node(name: str) -> Iterator[Node]:
     """Yield a small node in a context of its own."""
     context = new_context()
-    node = small_node(name, context)
+    node = _small_node(name, context)
     try:
         yield node
     finally:

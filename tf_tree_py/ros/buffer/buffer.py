@@ -63,7 +63,7 @@ from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
 
-CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
+_CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
 
 
 class Buffer(CoreApi, BufferInterface):
@@ -82,7 +82,7 @@ class Buffer(CoreApi, BufferInterface):
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
                  clear_on_jump_back: Duration | None = None,
-                 clear_on_clock_jump_back: Duration = CLOCK_JUMP_BACK,
+                 clear_on_clock_jump_back: Duration = _CLOCK_JUMP_BACK,
                  flight_recorder: FlightRecorder | None = None) -> None:
         """
         Make an empty buffer.

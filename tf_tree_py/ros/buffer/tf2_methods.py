@@ -32,7 +32,7 @@ from ..messages.convert import (
 )
 
 
-def checked_ros_stamp(stamp: Stamp | TimeLike, is_simulated: Callable[[], bool]) -> int:
+def _checked_ros_stamp(stamp: Stamp | TimeLike, is_simulated: Callable[[], bool]) -> int:
     """
     Return a caller's stamp: one that the core accepts, or a ``Time`` of rclpy or of a message.
 
@@ -57,7 +57,7 @@ class RosSnapshot(Snapshot):
         self._simulated = simulated
 
     def _stamp_of(self, stamp: Stamp | TimeLike) -> int:
-        return checked_ros_stamp(stamp, lambda: self._simulated)
+        return _checked_ros_stamp(stamp, lambda: self._simulated)
 
 
 # --- velocities
@@ -93,7 +93,7 @@ class CoreApi(BufferCore):
         return as_stamp(time, self._is_simulated)
 
     def _stamp_of(self, stamp: Stamp | TimeLike) -> int:
-        return checked_ros_stamp(stamp, self._is_simulated)
+        return _checked_ros_stamp(stamp, self._is_simulated)
 
     def snapshot(self) -> RosSnapshot:
         """Return a copy of the present contents, for several lookups that must agree."""

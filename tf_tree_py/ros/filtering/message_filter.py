@@ -79,7 +79,7 @@ class FilterStatistics:
     held: int
 
 
-def drop_for(error: TransformException, *, released: bool) -> Drop:
+def _drop_for(error: TransformException, *, released: bool) -> Drop:
     """
     Return the reason for dropping a message whose lookup failed with an error.
 
@@ -352,4 +352,4 @@ class _Held:
 
     def failed(self, error: TransformException) -> None:
         """Drop the message for this reason."""
-        self._owner._drop(self, drop_for(error, released=self.wait.released), str(error))
+        self._owner._drop(self, _drop_for(error, released=self.wait.released), str(error))

@@ -18,12 +18,12 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import Header
 
-Function = Callable[..., Any]
+_Function = Callable[..., Any]
 
 _CHECK_FIELDS = getattr(Vector3(), '_check_fields', None)
 
 
-def maker(cls: type) -> Function:
+def maker(cls: type) -> _Function:
     """
     Return a function that makes a message of all its fields, given by position.
 
@@ -33,23 +33,23 @@ def maker(cls: type) -> Function:
     return slotted_maker(cls) if slots_are_known(cls) else public_maker(cls)
 
 
-def whole_maker(cls: type) -> Function:
+def whole_maker(cls: type) -> _Function:
     """
     Return a function that makes a message and those in it, of all their values by position.
 
     Of a ``Pose`` these are x, y, z of its position, then x, y, z, w of its orientation.
     An array or a list is one value.
     """
-    known = all(map(slots_are_known, classes_in(cls)))
+    known = all(map(slots_are_known, _classes_in(cls)))
     return slotted_whole_maker(cls) if known else public_whole_maker(cls)
 
 
-def many_maker(cls: type) -> Function:
+def many_maker(cls: type) -> _Function:
     """Return a function that makes messages of columns, a list for each field; see ``maker``."""
     return slotted_many_maker(cls) if slots_are_known(cls) else public_many_maker(cls)
 
 
-def reader(cls: type) -> Function:
+def reader(cls: type) -> _Function:
     """Return a function that reads messages of one kind into columns, a list for each field."""
     return slotted_reader(cls) if slots_are_known(cls) else public_reader(cls)
 
@@ -74,24 +74,24 @@ def parts_of(cls: type) -> dict[str, type | None]:
             for field, part in types.items()}
 
 
-def classes_in(cls: type) -> Iterator[type]:
+def _classes_in(cls: type) -> Iterator[type]:
     """Yield the class of a message, and of every message in it."""
     yield cls
     for part in parts_of(cls).values():
         if part is not None:
-            yield from classes_in(part)
+            yield from _classes_in(part)
 
 
 # --- by the public interface
 
 
-def public_maker(cls: type) -> Function:
+def public_maker(cls: type) -> _Function:
     """Return the maker that calls the constructor."""
     fields = fields_of(cls)
     return lambda *values: cls(**dict(zip(fields, values, strict=True)))
 
 
-def public_whole_maker(cls: type) -> Function:
+def public_whole_maker(cls: type) -> _Function:
     """Return the maker of whole messages that calls the constructors."""
     leaves = list(_leaves_of(cls))
     return lambda *values: _constructed(cls, dict(zip(leaves, values, strict=True)))
@@ -105,13 +105,13 @@ def _constructed(cls: type, values: dict[str, object], place: str = 'message') -
         for field, part in parts_of(cls).items()})
 
 
-def public_many_maker(cls: type) -> Function:
+def public_many_maker(cls: type) -> _Function:
     """Return the maker of many that calls the constructor."""
     make = public_maker(cls)
     return lambda *columns: list(map(make, *columns))
 
 
-def public_reader(cls: type) -> Function:
+def public_reader(cls: type) -> _Function:
     """Return the reader that reads the properties."""
     fields = fields_of(cls)
     return lambda messages: [[getattr(message, field) for message in messages] for field in fields]
@@ -120,7 +120,7 @@ def public_reader(cls: type) -> Function:
 # --- by the slots, with functions generated for the class, as dataclasses does
 
 
-def slotted_maker(cls: type) -> Function:
+def slotted_maker(cls: type) -> _Function:
     """Return the maker that fills the slots."""
     return _compiled(cls, f'def function({_list_of("{0}", cls)}):',
                      '    message = new(cls)',
@@ -129,7 +129,7 @@ def slotted_maker(cls: type) -> Function:
                      '    return message')
 
 
-def slotted_whole_maker(cls: type) -> Function:
+def slotted_whole_maker(cls: type) -> _Function:
     """Return the maker of whole messages that fills the slots."""
     classes: dict[str, type] = {}
 
@@ -147,7 +147,7 @@ def slotted_whole_maker(cls: type) -> Function:
                      '    return message', **classes)
 
 
-def slotted_many_maker(cls: type) -> Function:
+def slotted_many_maker(cls: type) -> _Function:
     """Return the maker of many that fills the slots."""
     columns = _list_of('{0}', cls)
     return _compiled(cls, f'def function({columns}):',
@@ -158,7 +158,7 @@ def slotted_many_maker(cls: type) -> Function:
                      '    return messages')
 
 
-def slotted_reader(cls: type) -> Function:
+def slotted_reader(cls: type) -> _Function:
     """Return the reader that reads the slots."""
     columns = _list_of('[message._{0} for message in messages]', cls)
     return _compiled(cls, 'def function(messages):', f'    return [{columns}]')
@@ -177,7 +177,7 @@ def _list_of(pattern: str, cls: type, between: str = ', ') -> str:
     return between.join(map(pattern.format, fields_of(cls)))
 
 
-def _compiled(cls: type, *lines: str, **classes: type) -> Function:
+def _compiled(cls: type, *lines: str, **classes: type) -> _Function:
     names: dict[str, Any] = {'new': object.__new__, 'repeat': repeat, 'cls': cls,
                              'check_fields': _CHECK_FIELDS, **classes}
     exec('\n'.join(lines), names)

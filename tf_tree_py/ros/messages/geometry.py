@@ -49,7 +49,7 @@ def rotate_covariance(covariance: npt.ArrayLike, a_q_b: so3.Quaternion) -> Array
     return _congruent(covariance, _diagonal(a_q_b))
 
 
-def carry_covariance(covariance: npt.ArrayLike, a_T_b: PoseTuple) -> Array:
+def _carry_covariance(covariance: npt.ArrayLike, a_T_b: PoseTuple) -> Array:
     """Return the covariance (36,) of a twist that the adjoint transforms from b to a."""
     return _congruent(covariance, adjoint(a_T_b))
 
@@ -128,7 +128,7 @@ def pose(message: PoseMessage, a_T_b: PoseTuple) -> PoseMessage:
 
 def poses(messages: Sequence[PoseMessage], a_T_b: PoseTuple) -> list[PoseMessage]:
     """Return many poses; see ``pose``."""
-    a_T_each = se3.compose_many(np.array(a_T_b), poses_array(messages))
+    a_T_each = se3.compose_many(np.array(a_T_b), _poses_array(messages))
     a_T_each[a_T_each[:, 6] < 0.0, 3:] *= -1.0
     columns = a_T_each.T.tolist()
     messages_in_a: list[PoseMessage] = _poses(_points(*columns[:3]), _quaternions(*columns[3:]))
@@ -189,7 +189,7 @@ def twist(message: Twist, a_T_b: PoseTuple, lever_arm: bool = False) -> Twist:
 def twist_with_covariance(message: TwistWithCovariance, a_T_b: PoseTuple,
                           lever_arm: bool = False) -> TwistWithCovariance:
     """Return a twist and its covariance in a's axes; see ``twist``."""
-    covariance = (carry_covariance(message.covariance, a_T_b) if lever_arm
+    covariance = (_carry_covariance(message.covariance, a_T_b) if lever_arm
                   else rotate_covariance(message.covariance, a_T_b[3:]))
     return _twist_with_covariance(twist(message.twist, a_T_b, lever_arm), covariance)
 
@@ -251,7 +251,7 @@ def unit(values: PoseTuple) -> PoseTuple:
     return (x, y, z, *so3.normalize((qx, qy, qz, qw)))
 
 
-def poses_array(messages: Sequence[PoseMessage]) -> Array:
+def _poses_array(messages: Sequence[PoseMessage]) -> Array:
     """Return the numbers (N, 7) of pose messages, the quaternions of unit length."""
     positions, orientations = _read_poses(messages)
     columns = [*_read_points(positions), *_read_quaternions(orientations)]

@@ -25,7 +25,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from .fast_messages import copy_of, maker
 from .geometry import transform_values
 
-NORMAL = ('normal_x', 'normal_y', 'normal_z')
+_NORMAL = ('normal_x', 'normal_y', 'normal_z')
 
 _DATATYPES = {code: datatype for datatype, code in CODES.items()}
 
@@ -56,7 +56,7 @@ def do_transform_cloud(cloud: PointCloud2, transform: Transform | TransformStamp
     a_R_b = so3.as_matrix(a_T_b[3:])
     _apply(moved, POINT, np.column_stack([a_R_b, a_T_b[:3]]))
     if rotate_normals:
-        _apply(moved, NORMAL, np.column_stack([a_R_b, (0.0, 0.0, 0.0)]))
+        _apply(moved, _NORMAL, np.column_stack([a_R_b, (0.0, 0.0, 0.0)]))
     return moved
 
 

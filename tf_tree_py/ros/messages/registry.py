@@ -20,14 +20,14 @@ from tf_tree_py.core.errors import join, JoinableException
 from .convert import as_nanoseconds, time_message, TimeLike
 from .do_transform import Transformer, TRANSFORMERS
 
-Converter = Callable[[Any], Any]
+_Converter = Callable[[Any], Any]
 Object = TypeVar('Object')
 
 # tf2 has one registry for the whole process, and so has this module.
 _transformers: dict[type, Transformer] = {}
-_from_msg: dict[type, Converter] = {}
-_to_msg: dict[type, Converter] = {}
-_converters: dict[tuple[type, type], Converter] = {}
+_from_msg: dict[type, _Converter] = {}
+_to_msg: dict[type, _Converter] = {}
+_converters: dict[tuple[type, type], _Converter] = {}
 
 _FIELDS = {
     'Point': 'point', 'Vector3': 'vector', 'Quaternion': 'quaternion', 'Pose': 'pose',
@@ -96,19 +96,19 @@ class TransformRegistration:
 class ConvertRegistration:
     """The registered conversions between types; one registry for all instances."""
 
-    def add_from_msg(self, key: type, callback: Converter) -> None:
+    def add_from_msg(self, key: type, callback: _Converter) -> None:
         """Register the function that makes an object of a type from a message."""
         _from_msg[key] = callback
 
-    def add_to_msg(self, key: type, callback: Converter) -> None:
+    def add_to_msg(self, key: type, callback: _Converter) -> None:
         """Register the function that makes a message from an object of a type."""
         _to_msg[key] = callback
 
-    def add_convert(self, key: tuple[type, type], callback: Converter) -> None:
+    def add_convert(self, key: tuple[type, type], callback: _Converter) -> None:
         """Register the function that converts the first type to the second directly."""
         _converters[key] = callback
 
-    def get_from_msg(self, key: type) -> Converter:
+    def get_from_msg(self, key: type) -> _Converter:
         """
         Return the function that makes an object of a type from a message.
 
@@ -118,7 +118,7 @@ class ConvertRegistration:
             return _from_msg.get(key, lambda message: _checked(message, key))
         return _found(_from_msg, key, 'add_from_msg')
 
-    def get_to_msg(self, key: type) -> Converter:
+    def get_to_msg(self, key: type) -> _Converter:
         """
         Return the function that makes a message from an object of a type.
 
@@ -128,7 +128,7 @@ class ConvertRegistration:
             return _to_msg.get(key, _itself)
         return _found(_to_msg, key, 'add_to_msg')
 
-    def get_convert(self, key: tuple[type, type]) -> Converter:
+    def get_convert(self, key: tuple[type, type]) -> _Converter:
         """
         Return the function that converts the first type to the second directly.
 
@@ -139,7 +139,7 @@ class ConvertRegistration:
         return _converters[key]
 
 
-def _found(registry: dict[type, Converter], key: type, fix: str) -> Converter:
+def _found(registry: dict[type, _Converter], key: type, fix: str) -> _Converter:
     if key not in registry:
         raise TypeException(f'Type {key} is not loaded or supported: register how to convert '
                             f'it with ConvertRegistration().{fix}(type, function)')

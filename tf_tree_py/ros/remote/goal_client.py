@@ -34,7 +34,7 @@ from ..threads.internal_node import internal_node, is_running
 from ..threads.responses import Responses
 
 # The errors of rclpy when a node has been destroyed, or its context has ended.
-GONE = InvalidHandle, RCLError
+_GONE = InvalidHandle, RCLError
 
 # DDS discovers a server part by part: at first requests or responses may be lost.
 DISCOVERY_S = 10.0
@@ -104,7 +104,7 @@ class ServerWatch:
 
     def _find(self) -> frozenset[bytes]:
         """Return an identity of each server: that of its publisher of the goals' states."""
-        with suppress(*GONE):
+        with suppress(*_GONE):
             return frozenset(bytes(publisher.endpoint_gid) for publisher
                              in self._node.get_publishers_info_by_topic(self._status_topic))
         return frozenset()
@@ -164,7 +164,7 @@ class GoalClient:
 
     def server_is_ready(self) -> bool:
         """Return whether a server is available."""
-        with suppress(*GONE):
+        with suppress(*_GONE):
             return self._send.service_is_ready() and self._fetch.service_is_ready()
         return False
 
@@ -227,7 +227,7 @@ class GoalClient:
 
     def _cancel_goal(self, call: LookupCall) -> None:
         """Send the server a request to drop a call's goal."""
-        with suppress(*GONE):
+        with suppress(*_GONE):
             goal = GoalInfo(goal_id=call.goal_id)
             request = self._cancel.call_async(CancelGoal.Request(goal_info=goal))
             if call in self._farewells:
@@ -279,7 +279,7 @@ class GoalClient:
                 self._goals.move(call, Event.SENT)
                 goal, goal_id = call.goal(), call.goal_id
                 request = _SendGoal.Request(goal_id=goal_id, goal=goal)
-            with suppress(*GONE):
+            with suppress(*_GONE):
                 self._expect(call, goal_id, self._send.call_async(request), self._note_acceptance)
 
     def _note_acceptance(self, call: LookupCall, response: Any) -> None:
@@ -288,7 +288,7 @@ class GoalClient:
             call.give_up(f'The buffer server {self.name} did not accept the goal')
 
     def _fetch_result(self, call: LookupCall) -> None:
-        with suppress(*GONE):
+        with suppress(*_GONE):
             goal_id = call.goal_id
             request = self._fetch.call_async(_GetResult.Request(goal_id=goal_id))
             self._expect(call, goal_id, request, LookupCall.answer)

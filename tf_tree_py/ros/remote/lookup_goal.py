@@ -85,14 +85,14 @@ def error_result(error: TransformException, timed_out: bool) -> LookupTransform.
     return LookupTransform.Result(error=TF2Error(error=code, error_string=str(error)))
 
 
-def is_unknown(status: int, result: LookupTransform.Result) -> bool:
+def _is_unknown(status: int, result: LookupTransform.Result) -> bool:
     """Return whether a server reports that it does not have the goal."""
     # Other servers may omit the status; a transform with frame names is an answer.
     return bool(status == GoalStatus.STATUS_UNKNOWN and not result.transform.child_frame_id
                 and result.error.error == TF2Error.NO_ERROR)
 
 
-def transform_of(status: int, result: LookupTransform.Result) -> TransformStamped:
+def _transform_of(status: int, result: LookupTransform.Result) -> TransformStamped:
     """
     Return the transform of a result.
 
@@ -209,7 +209,7 @@ _TRANSITIONS: dict[State, dict[Event, tuple[State, tuple[Action, ...]]]] = {
 }
 
 # The states in which a server has the goal, or the request to accept it.
-AT_A_SERVER = State.SENT, State.ACCEPTED, State.CANCELLING
+_AT_A_SERVER = State.SENT, State.ACCEPTED, State.CANCELLING
 # The states in which a server has not yet accepted or refused the goal.
 UNACCEPTED = State.SENT, State.CANCELLING
 # The states in which the answer is still needed.
@@ -309,7 +309,7 @@ class LookupCall(AwaitableFuture):
     @property
     def sent(self) -> bool:
         """Return whether a request was sent to a server, accepted or not."""
-        return self.state in AT_A_SERVER
+        return self.state in _AT_A_SERVER
 
     @property
     def accepted(self) -> bool:
@@ -348,12 +348,12 @@ class LookupCall(AwaitableFuture):
 
     def answer(self, response: LookupTransform.Impl.GetResultService.Response) -> None:
         """End with the transform or the error of a server's response."""
-        if is_unknown(response.status, response.result) and self._is_in_time():
+        if _is_unknown(response.status, response.result) and self._is_in_time():
             # A request goes to all servers: here a server that has just appeared responded first.
             self._report(self, Event.UNKNOWN_THERE)
             return
         try:
-            transform = transform_of(response.status, response.result)
+            transform = _transform_of(response.status, response.result)
         except TransformException as error:
             if isinstance(error, TimeoutException) and self._may_ask_again():
                 self._report(self, Event.PART_OVER)

@@ -123,7 +123,7 @@ def internal_node(node: Node, name: str, *, with_clock: bool = True) -> Node:
         overrides.append(node.get_parameter(USE_SIM_TIME))
         arguments = ['--ros-args', '-r', f'/clock:={node.resolve_topic_name("/clock")}']
     return Node(
-        hidden_name(name),
+        _hidden_name(name),
         context=node.context,
         namespace=node.get_namespace(),
         # The other node has resolved the topics already; ``__node:=`` applies to that one only.
@@ -143,7 +143,7 @@ def node_of_its_own(name: str, context: Context | None = None) -> Node:
     """
     if not rclpy.ok(context=context):
         raise RuntimeError('Without a node, rclpy.init() has to be called first')
-    name = hidden_name(name)
+    name = _hidden_name(name)
     return Node(name, context=context, cli_args=['--ros-args', '-r', f'__node:={name}'],
                 parameter_overrides=[_NO_TYPE_DESCRIPTION], **_OPTIONS)
 
@@ -155,6 +155,6 @@ def qos_overrides_of(node: Node) -> list[Parameter]:
     return [parameter for name, parameter in given.items() if name.startswith('qos_overrides.')]
 
 
-def hidden_name(name: str) -> str:
+def _hidden_name(name: str) -> str:
     """Return a name that no other node has, and that ``ros2`` lists only with ``--all``."""
     return f'{HIDDEN_NODE_PREFIX}{name}_{secrets.token_hex(6)}'

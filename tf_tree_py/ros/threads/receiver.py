@@ -254,7 +254,7 @@ class Receiver:
         """Serve subscriptions until the thread is woken, when the node may have others."""
         events = [event for subscription in subscriptions
                   for event in cast('list[EventHandler]', subscription.event_handlers)]
-        pairs = [(subscription, takes_info(subscription.callback))
+        pairs = [(subscription, _takes_info(subscription.callback))
                  for subscription in subscriptions]
         handles = [subscription.handle for subscription in subscriptions]
         for entity in (self._wake.handle, *events, *handles):
@@ -339,7 +339,7 @@ class Receiver:
             self._failures.report(what)
 
 
-def takes_info(callback: Callable[..., object]) -> bool:
+def _takes_info(callback: Callable[..., object]) -> bool:
     """Return whether a callback takes rclpy's message info as a second argument."""
     try:
         inspect.signature(callback).bind(object())

@@ -67,13 +67,13 @@ def bags_in(patterns: Sequence[str]) -> list[BagPath]:
     :raises Cannot: nothing matches, or fsspec is needed and fails.
     """
     found = [bag for pattern in patterns
-             for bag in (_remote if is_remote(pattern) else _local)(pattern)]
+             for bag in (_remote if _is_remote(pattern) else _local)(pattern)]
     if not found:
         raise Cannot(f'no bag matches {" ".join(patterns)}')
     return list({bag.path: bag for bag in found}.values())
 
 
-def is_remote(path: str) -> bool:
+def _is_remote(path: str) -> bool:
     """Return whether fsspec has to open it."""
     return '://' in path or '::' in path
 
@@ -137,9 +137,9 @@ def _bags_of(paths: Sequence[str], is_folder: Callable[[str], bool],
 
 
 @contextmanager
-def local_copy(path: str) -> Iterator[Path]:
+def _local_copy(path: str) -> Iterator[Path]:
     """Yield the path of a bag on this machine; a copy is deleted afterwards."""
-    if not is_remote(path):
+    if not _is_remote(path):
         yield Path(path)
         return
     system, inner, _ = _system_of(path)
@@ -216,7 +216,7 @@ def done(job: Job, path: str) -> Result:
     """Run a job on a bag; any error is reported in the row."""
     begin = time.monotonic()
     try:
-        with local_copy(path) as here:
+        with _local_copy(path) as here:
             try:
                 result = job(here, path)
             except (BagError, TransformException, Cannot) as error:

@@ -13,13 +13,13 @@ from .jobs import BROKEN, ERROR, FINE, LOST, Row, WARNING
 VERSION = 1
 """The version of the JSON; it changes only if a key is removed or gets another meaning."""
 
-WORST_FIRST = (LOST, BROKEN, ERROR, WARNING, FINE)
+_WORST_FIRST = (LOST, BROKEN, ERROR, WARNING, FINE)
 
 
 def by_trouble(rows: Iterable[Row]) -> list[Row]:
     """Return the rows by outcome, the worst first, and within one by the counts of problems."""
     return sorted(rows, key=lambda row: (
-        WORST_FIRST.index(row['outcome']),
+        _WORST_FIRST.index(row['outcome']),
         *(-row.get(key, 0) for key in ('errors', 'warnings', 'oddities', 'notes')), row['bag']))
 
 
@@ -31,7 +31,7 @@ def columns_of(rows: Sequence[Row]) -> list[str]:
 
 def summary(rows: Sequence[Row]) -> dict[str, int]:
     """Return the number of rows by outcome, the worst first."""
-    counts = {outcome: sum(row['outcome'] == outcome for row in rows) for outcome in WORST_FIRST}
+    counts = {outcome: sum(row['outcome'] == outcome for row in rows) for outcome in _WORST_FIRST}
     return {outcome: count for outcome, count in counts.items() if count}
 
 

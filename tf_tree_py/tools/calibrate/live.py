@@ -38,10 +38,10 @@ _REPORT_S = 5.0
 _LOOK_S = 0.2
 _DEPTH = 100
 
-Estimator = Callable[[Tree, Namespace, Sequence[Observations]], Calibration]
+_Estimator = Callable[[Tree, Namespace, Sequence[Observations]], Calibration]
 
 
-def recorded_live(tree_input: Any, arguments: Namespace, estimated: Estimator) -> Calibration:
+def recorded_live(tree_input: Any, arguments: Namespace, estimated: _Estimator) -> Calibration:
     """
     Return the calibration from the observations of some seconds, or until Ctrl-C.
 
@@ -62,7 +62,7 @@ def recorded_live(tree_input: Any, arguments: Namespace, estimated: Estimator) -
         collector.close()
 
 
-def _watch(collector: '_Collector', arguments: Namespace, estimated: Estimator) -> None:
+def _watch(collector: '_Collector', arguments: Namespace, estimated: _Estimator) -> None:
     begin = time.monotonic()
     seconds, due = arguments.seconds or _SECONDS, _REPORT_S
     while (elapsed := time.monotonic() - begin) < seconds:
@@ -73,7 +73,7 @@ def _watch(collector: '_Collector', arguments: Namespace, estimated: Estimator) 
             due = time.monotonic() - begin + _REPORT_S
 
 
-def _print_state(collector: '_Collector', arguments: Namespace, estimated: Estimator,
+def _print_state(collector: '_Collector', arguments: Namespace, estimated: _Estimator,
                  elapsed: float) -> None:
     """Print the directions that the observations so far do not show."""
     try:

@@ -26,7 +26,7 @@ from tf_tree_py.calibration.observations import Array
 from tf_tree_py.command.arguments import console, fields, styled, table
 from tf_tree_py.command.endings import cannot_be, needs
 
-SENTENCES = {
+_SENTENCES = {
     Verdict.NOTHING: 'Nothing is wrong: no other mounting or time offset explains the '
                      'observations better.',
     Verdict.EDGE: 'The mounting is wrong, and the stamps are right.',
@@ -43,7 +43,7 @@ def print_report(found: Calibration, time: bool) -> None:
     """Print the verdict, the estimates, and what to do next."""
     out = console()
     what = 'fine' if found.verdict is Verdict.NOTHING else 'warning'
-    out.print(styled(f'{found.verdict}: {sentence_of(found)}', what))
+    out.print(styled(f'{found.verdict}: {_sentence_of(found)}', what))
     out.print(table(_COLUMNS, [_row(each, found.explanations) for each in found.explanations],
                     right=_COLUMNS[1:]))
     if found.contradiction is None:
@@ -67,11 +67,11 @@ def _print_estimate(found: Calibration) -> None:
     _print_outliers(found)
 
 
-def sentence_of(found: Calibration) -> str:
+def _sentence_of(found: Calibration) -> str:
     """Return what the verdict means."""
     if found.contradiction is not None:
         return f'{NOT_AT_REST[0].upper()}{NOT_AT_REST[1:]}.'
-    return SENTENCES[found.verdict]
+    return _SENTENCES[found.verdict]
 
 
 def _row(each: Explanation, all_of_them: Sequence[Explanation]) -> tuple[str, ...]:
@@ -252,4 +252,4 @@ def _headline(found: Calibration) -> str:
     if found.verdict in (Verdict.TIME, Verdict.BOTH):
         parts += [f'the stamps of {each.sensor} are {1e3 * abs(each.offset_s):.0f} ms '
                   f'{"late" if each.offset_s >= 0 else "early"}' for each in found.time_offsets]
-    return '\n'.join(filter(None, [sentence_of(found), '; '.join(parts)]))
+    return '\n'.join(filter(None, [_sentence_of(found), '; '.join(parts)]))

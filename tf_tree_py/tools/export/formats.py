@@ -35,7 +35,7 @@ _SCHEMA: Final = _object(transforms={'type': 'array', 'items': _object(
     translation=_object(**_XYZ), rotation=_object(**_XYZ, w=_NUMBER))})
 
 
-def as_foxglove(trajectory: Trajectory) -> bytes:
+def _as_foxglove(trajectory: Trajectory) -> bytes:
     """Return an MCAP with a message of ``foxglove.FrameTransforms`` for each pose."""
     _check(trajectory)
     needs('mcap', 'mcap')
@@ -63,7 +63,7 @@ def _frame_transform(trajectory: Trajectory, stamp: int, pose: list[float]) -> d
     }
 
 
-def as_rrd(trajectory: Trajectory) -> bytes:
+def _as_rrd(trajectory: Trajectory) -> bytes:
     """Return a recording of rerun: ``Transform3D`` of the entity /target/source."""
     _check(trajectory)
     rerun = needs('rerun', 'rerun-sdk')
@@ -167,7 +167,7 @@ def _as_parquet(trajectory: Trajectory) -> bytes:
 
 FORMATS: dict[str, Callable[[Trajectory], bytes]] = {
     'tum': _as_tum, 'csv': _as_csv, 'npz': _as_npz, 'parquet': _as_parquet,
-    'foxglove': as_foxglove, 'rrd': as_rrd}
+    'foxglove': _as_foxglove, 'rrd': _as_rrd}
 """For each format, the function that converts a trajectory to a file."""
 
 BINARY = ('npz', 'parquet', 'foxglove', 'rrd')

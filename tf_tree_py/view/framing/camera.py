@@ -187,8 +187,8 @@ _BORDER: Final = 0.3 * _EM
 # The free space around a name, CSS pixels.
 _MARGIN: Final = 1.0
 
-SIDES: Final = ('center-left', 'center-right', 'bottom-center', 'top-center', 'bottom-left',
-                'top-left', 'bottom-right', 'top-right')
+_SIDES: Final = ('center-left', 'center-right', 'bottom-center', 'top-center', 'bottom-left',
+                 'top-left', 'bottom-right', 'top-right')
 """The point of a name that is at its frame, in viser's terms; the preferred ones first."""
 
 
@@ -240,7 +240,7 @@ class Placer:
         :param before: the side on which it is now, which is tried first; None: not shown.
         """
         size = size_of(text)
-        for side in ((before,) if before else ()) + SIDES:
+        for side in ((before,) if before else ()) + _SIDES:
             taken = rectangle(pixel, size, side)
             if self._is_inside(taken) and not any(
                     taken.meets(other) for cell in _cells(taken)

@@ -27,7 +27,7 @@ from .moment import LeftBehind, live_moment, Moment, moment_at, window
 # The share of the frames that must be there. Some may appear much later.
 _MOST = 0.9
 
-Span = tuple[int, int]
+_Span = tuple[int, int]
 
 
 def opening_stamp(edges: Sequence[EdgeInfo]) -> int | None:
@@ -45,16 +45,16 @@ def opening_stamp(edges: Sequence[EdgeInfo]) -> int | None:
                 if count >= _MOST * max(counts))
 
 
-def _spans(edges: Sequence[EdgeInfo]) -> dict[str, Span | None]:
+def _spans(edges: Sequence[EdgeInfo]) -> dict[str, _Span | None]:
     """Return the first and last stamp at which each frame is connected to its last root."""
     above = {edge.child: edge for edge in edges}
-    known: dict[str, Span | None] = {}
+    known: dict[str, _Span | None] = {}
     for frame in above:
         way: list[EdgeInfo] = []
         while frame in above and frame not in known and len(way) <= len(above):
             way.append(above[frame])
             frame = above[frame].parent
-        span: Span | None = known.get(frame, (LATEST, 2 ** 63 - 1))
+        span: _Span | None = known.get(frame, (LATEST, 2 ** 63 - 1))
         for edge in reversed(way):
             if span is not None and not edge.static:
                 span = max(span[0], edge.oldest), min(span[1], edge.latest)

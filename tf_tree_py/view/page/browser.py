@@ -217,7 +217,7 @@ class Film:
         finally:
             self.progress = None
         if pictures:
-            self._client.send_file_download(_NAME, gif_of(pictures), save_immediately=True)
+            self._client.send_file_download(_NAME, _gif_of(pictures), save_immediately=True)
 
 
 def _with_few_colours(pixels: npt.NDArray[np.uint8]) -> 'Image':
@@ -226,7 +226,7 @@ def _with_few_colours(pixels: npt.NDArray[np.uint8]) -> 'Image':
     return fromarray(pixels[:, :, :3]).quantize(_COLOURS)
 
 
-def gif_of(pictures: Sequence['Image']) -> bytes:
+def _gif_of(pictures: Sequence['Image']) -> bytes:
     """Return an animated GIF of some pictures, which repeats endlessly."""
     data = io.BytesIO()
     pictures[0].save(data, 'GIF', save_all=True, append_images=pictures[1:],

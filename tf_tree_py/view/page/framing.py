@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from viser import ClientHandle
 
 
-def corners_of(shapes: Sequence[LinkShape]) -> dict[str, Array]:
+def _corners_of(shapes: Sequence[LinkShape]) -> dict[str, Array]:
     """Return the corners of the box around each link's shapes, (8, 3) in its frame."""
     spans: dict[str, tuple[Array, Array]] = {}
     for shape in shapes:
@@ -196,7 +196,7 @@ class Framing:
         if not moment.frames:
             return
         if shapes is not self._shapes:
-            self._shapes, self._corners = shapes, corners_of(shapes)
+            self._shapes, self._corners = shapes, _corners_of(shapes)
         positions = moment.poses[:, :3]
         shown = (np.ones(len(positions), np.bool_) if everything else of_the_robot(positions))
         points = extent(moment, shown, self._corners)

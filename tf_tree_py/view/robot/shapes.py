@@ -37,7 +37,7 @@ class Triangles(NamedTuple):
     color: Color | None
 
 
-def load_mesh(file: Path) -> list[Triangles]:
+def _load_mesh(file: Path) -> list[Triangles]:
     """
     Return the triangles in a mesh file, grouped by colour.
 
@@ -228,7 +228,7 @@ def _triangles(visual: Visual, path: Path, read: dict[Path, list[Triangles]]) ->
     if file is None:
         raise FileNotFoundError('the file does not exist')
     if file not in read:
-        read[file] = load_mesh(file)
+        read[file] = _load_mesh(file)
     # A reflection turns triangles inside out.
     order = slice(None, None, -1) if np.prod(shape.scale) < 0.0 else slice(None)
     return [part._replace(vertices=part.vertices * shape.scale, faces=part.faces[:, order])

@@ -24,10 +24,10 @@ from ..model.moment import Ellipsoid, Moment
 if TYPE_CHECKING:
     from viser import ClientHandle
 
-Colour = tuple[int, int, int]
+_Colour = tuple[int, int, int]
 
-_LIGHT: Final[tuple[Colour, Colour]] = (238, 238, 238), (214, 214, 214)
-_DARK: Final[tuple[Colour, Colour]] = (44, 44, 46), (62, 62, 66)
+_LIGHT: Final[tuple[_Colour, _Colour]] = (238, 238, 238), (214, 214, 214)
+_DARK: Final[tuple[_Colour, _Colour]] = (44, 44, 46), (62, 62, 66)
 # The grid fades out at this distance. Every tenth line is darker.
 _CELLS_SEEN: Final = 60.0
 _CELLS_A_SECTION: Final = 10.0

@@ -38,7 +38,7 @@ _GREYS: Final = {
     **{f'bayer_{pattern}8': 'u1' for pattern in ('rggb', 'bggr', 'gbrg', 'grbg')}}
 
 
-def raw_image(message: Any) -> Pixels:
+def _raw_image(message: Any) -> Pixels:
     """
     Return the pixels of a sensor_msgs/Image, (H, W, 3).
 
@@ -91,7 +91,7 @@ def _stretched(values: npt.NDArray[Any]) -> Pixels:
     return np.nan_to_num(np.clip(scaled, 0.0, 255.0)).astype(np.uint8)
 
 
-def compressed_image(message: Any) -> Pixels:
+def _compressed_image(message: Any) -> Pixels:
     """
     Return the pixels of a sensor_msgs/CompressedImage, (H, W, 3).
 
@@ -224,8 +224,8 @@ _READERS: Final[dict[str, Callable[[Any], Reading]]] = {
         lambda message: [message.pose.pose.position], is_line=True),
     'vision_msgs/Detection3DArray': _positions(
         lambda message: [found.bbox.center.position for found in message.detections]),
-    'sensor_msgs/Image': _picture(raw_image),
-    'sensor_msgs/CompressedImage': _picture(compressed_image),
+    'sensor_msgs/Image': _picture(_raw_image),
+    'sensor_msgs/CompressedImage': _picture(_compressed_image),
 }
 
 
