@@ -4,6 +4,7 @@
 """Imports have one direction, between the layers and inside them."""
 
 import ast
+from collections import Counter
 import graphlib
 from importlib.util import find_spec
 from pathlib import Path
@@ -57,6 +58,12 @@ def test_folders_of_tests_are_those_of_layers_and_rooms():
         assert not room or set(room) <= set(house.LAYERS[layer].rooms.split()), (layer, room)
     assert {folder[1:] for folder in folders if folder and folder[0] == 'beyond'} >= {
         (room,) for room in house.LAYERS['beyond'].rooms.split()}
+
+
+def test_each_file_of_tests_has_a_name_of_its_own():
+    """Pytest imports them by their names; one process cannot import two of a name."""
+    names = Counter(path.name for path in TESTS.rglob('test_*.py'))
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_tests_of_the_core_import_nothing_above_it():
