@@ -154,7 +154,7 @@ def test_velocities_are_those_of_tf2():
         from rclpy.duration import Duration
         from rclpy.time import Time
         import tf2_py
-        from tf_tree_py import se3
+        from tf_tree_py import screws
         from tf_tree_py.dropin.buffer import BufferCore
 
         random.seed(1)
