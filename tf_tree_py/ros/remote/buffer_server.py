@@ -163,6 +163,11 @@ class ClosableServer(ActionServer):
         super().destroy()
         self._free_goals()
 
+    def remove_future(self, future: Future) -> None:
+        # Of a goal that expires now, the executor may have removed it already.
+        with suppress(ValueError):
+            super().remove_future(future)
+
     def _detach_goals(self) -> None:
         """
         End all goals, and keep their memory.
