@@ -484,6 +484,32 @@ def test_wake_is_called_without_the_lock(buffer):
     assert answers.get_nowait() == Pose(1.0)
 
 
+class InterruptedLock:
+    """A lock, at whose next release Ctrl-C is pressed."""
+
+    def __init__(self):
+        self._lock, self.presses = threading.RLock(), 1
+
+    def __enter__(self):
+        self._lock.acquire()
+
+    def __exit__(self, *_):
+        self._lock.release()
+        if self.presses:
+            self.presses -= 1
+            raise KeyboardInterrupt
+
+
+def test_ctrl_c_just_after_a_wait_has_begun_ends_it():
+    def fail():
+        raise LookupException('no such frame', blocked_on=ANY_STRUCTURE)
+
+    waiters = Waiting(InterruptedLock())
+    with pytest.raises(KeyboardInterrupt):
+        waiters.wait_for(fail, lambda _: waiting.WallDeadline(LONG_S))
+    assert len(waiters) == 0
+
+
 def test_structure_blocks_under_a_name_of_its_own():
     assert ANY_STRUCTURE == ((None, LATEST),)
     with pytest.raises(LookupException) as raised:

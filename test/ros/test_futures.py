@@ -415,6 +415,18 @@ def test_coroutine_that_is_dropped_leaves_nothing(buffer, context):
     assert len(buffer.waiting) == 0
 
 
+def test_error_of_a_lookup_that_did_not_wait_is_freed_at_once(no_collection):
+    """It refers to the caller's frames, and their messages."""
+    buffer, freed = tf.Buffer(), []
+    buffer.feeds.add_thread(threading.current_thread())
+    try:
+        buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
+    except tf.LookupException as error:
+        assert 'Did not wait' in str(error)
+        weakref.finalize(error, freed.append, True)
+    assert freed
+
+
 def test_garbage_collection_of_a_coroutine_takes_no_lock(buffer, context, no_collection):
     async def ask():
         await buffer.lookup_transform_async('map', 'base', at(3.0), HOUR)
