@@ -132,7 +132,7 @@ class CoreApi(BufferCore):
                      reference_point: so3.Vector3 = ORIGIN,
                      reference_point_frame: str | None = None) -> VelocityStamped:
         """
-        Return the velocity of one frame relative to another; see ``core.twist.lookup_twist``.
+        Return the velocity of one frame relative to another; see ``beyond.motion.twist.lookup_twist``.
 
         :param time: an rclpy ``Time``, or a message's; zero is the latest.
         :param averaging_interval: an rclpy ``Duration``.
@@ -146,7 +146,7 @@ class CoreApi(BufferCore):
     def lookup_twist_many(self, tracking_frame: str, observation_frame: str, stamps: npt.ArrayLike,
                           averaging_interval: DurationLike, **reference: Any) -> Array:
         """
-        Return the twists at many stamps; see ``core.twist.lookup_twist_many``.
+        Return the twists at many stamps; see ``beyond.motion.twist.lookup_twist_many``.
 
         :param stamps: (N,) integer nanoseconds.
         :param averaging_interval: an rclpy ``Duration``.

@@ -147,7 +147,6 @@ class Event(Enum):
     PART_LATE = auto()
     #: The server that received the request for the result does not have the goal: another
     #: server accepted it.
-    #: accepted it.
     UNKNOWN_THERE = auto()
     #: The server did not accept it, and may not have received it.
     LOST = auto()
