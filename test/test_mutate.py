@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 from conditions import until
+from mutate import equivalents
 from mutations import mutants_of
 from programs import completed, Program
 import pytest
@@ -206,6 +207,10 @@ def test_faults_are_caught_or_hang_or_survive_or_are_listed(project):
     assert output.count('\n+++') == 2
     assert 'test_broken.py fails without a fault, and is left out' in errors
     assert_nothing_is_left(project)
+
+
+def test_each_listed_equivalent_is_a_fault_of_the_code():
+    assert equivalents()
 
 
 def test_list_prints_faults_in_an_order_that_the_seed_draws(project):
