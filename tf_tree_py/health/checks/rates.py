@@ -98,17 +98,17 @@ def _by_arrival(edge: EdgeRecord, timing: Timing) -> Iterator[Remark]:
 
 def _is_gap(case: Case, moving: MovingEdge) -> bool:
     timing = moving.timing
-    # Late stamps make single intervals longer; but of a few intervals, one may be the gap.
-    usual = timing.intervals.at(0.75)[0] if timing.intervals.count >= _FEW else 0.0
-    usual = max(timing.interval, usual)
+    usual = timing.interval
+    if timing.intervals.count >= _FEW:
+        # Late stamps make single intervals longer; but of a few intervals, one may be the gap.
+        usual = max(usual, *timing.intervals.at(0.75))
     # Where the clock of the arrivals was set back, stamps alternate by as much.
     of_clock = case.arrival_step is not None and abs(
         timing.intervals.most + case.arrival_step.step) < MISSED * usual
     # Its messages went on: only the stamps have a gap.
     went_on = (not case.timebase.differs and timing.waits.count >= _FEW
                and timing.waits.most < _SILENT_PART * timing.intervals.most)
-    return (timing.interval > 0.0 and is_silent(timing.intervals.most, usual)
-            and not of_clock and not went_on)
+    return is_silent(timing.intervals.most, usual) and not of_clock and not went_on
 
 
 # The other edges are too slow to show whether they were silent, too.
@@ -145,7 +145,7 @@ def _out_of_view(case: Case, edge: EdgeRecord, column: int, begin: float,
 
 def _at_once(case: Case, silent: Sequence[tuple[EdgeRecord, MovingEdge]]) -> bool:
     """Return whether all edges were silent at the same time, and there are several."""
-    if not silent or not any(edge is not silent[0][0] for edge, _ in case.moving()):
+    if not silent or len([*case.moving()]) == 1:
         return False
     begins = [_on_arrival(case, edge, moving.timing.longest) for edge, moving in silent]
     usual = max(moving.timing.interval for _, moving in silent)
@@ -170,7 +170,7 @@ def _came(case: Case, edge: EdgeRecord, moving: MovingEdge, begin: float, end: f
 def _on_arrival(case: Case, edge: EdgeRecord, stamp: float) -> float:
     """Return when a stamp usually arrives: an edge may be post-dated, or late."""
     delays = case.delays.get(edge)
-    return stamp + (delays.usual if delays else 0.0)
+    return stamp + delays.usual if delays else stamp
 
 
 def _of_all(edges: Sequence[EdgeRecord], timing: Timing, may_pause: bool) -> Remark:
@@ -205,7 +205,7 @@ def stale(case: Case) -> Iterator[Remark]:
         # Stamps of whole seconds arrive more often than they change.
         interval = min(timing.interval, mean_interval(timing.span, timing.count))
         if _is_irregular(moving):
-            interval = max(interval, timing.intervals.at(0.9)[0])
+            interval = max(interval, *timing.intervals.at(0.9))
         dead = (timing.count >= _FEW and is_dead(silence, interval)
                 and silence > _NO_LONGER * timing.intervals.most)
         unseen = _out_of_view(
@@ -364,7 +364,7 @@ def _age(case: Case, edge: EdgeRecord) -> float:
     """Return the usual age of the newest sample just before the next; 0 if post-dated."""
     timing = timing_of(edge)
     # Of a few irregular intervals, half may be much too long, and the mean contains gaps.
-    interval = min(timing.intervals.at(0.25)[0], mean_interval(
+    interval = min(*timing.intervals.at(0.25), mean_interval(
         case.timebase.elapsed(timing.first, timing.last), timing.timed))
     return max(0.0, case.delays[edge].usual + interval)
 
