@@ -292,16 +292,17 @@ def _changes_rate(moving: MovingEdge) -> bool:
     parts = np.sort(np.diff(np.sort(moving.timing.pairs.kept[:, 1])[::_PART]))
     (fast, slow), (short, long) = (
         quantiles(parts, (0.05, 0.95)), moving.timing.intervals.at(0.1, 0.9))
-    return slow > max(_CHANGED, _AS_MUCH * long / max(short, 1.0)) * fast
+    return slow > max(_CHANGED, _AS_MUCH * long / short) * fast
 
 
 def _is_irregular(moving: MovingEdge) -> bool:
     intervals = moving.timing.intervals
+    if intervals.count < _SEVERAL:
+        return False
     short, usual, long = intervals.at(0.1, 0.5, 0.9)
-    limit = _JITTER + _CHANCE / math.sqrt(max(intervals.kept, 1))
+    limit = _JITTER + _CHANCE / math.sqrt(intervals.kept)
     # The step of stamps that are rounded is no longer than the shortest interval.
-    limit = limit * min(usual, intervals.mean) + intervals.least
-    return intervals.count >= _SEVERAL and long - short > limit
+    return long - short > limit * min(usual, intervals.mean) + intervals.least
 
 
 @check(Severity.WARNING,
