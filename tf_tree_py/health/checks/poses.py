@@ -36,7 +36,7 @@ def pose_jump(case: Case) -> Iterator[Remark]:
     """Find steps faster than the limits; those of a localiser get a cause of their own."""
     for edge, moving in case.moving():
         jump = moving.motion.fast
-        if not (jump.count and moving.motion.is_rare(jump)) or _rests(case, edge, moving):
+        if not moving.motion.is_rare(jump) or _rests(case, edge, moving):
             continue
         seconds = jump.time / 1e9
         evidence = _evidence(jump) | {
@@ -55,7 +55,7 @@ def outlier(case: Case) -> Iterator[Remark]:
     """Find steps faster than the limits that the next step reverses."""
     for edge, moving in case.moving():
         jump = moving.motion.outliers
-        if jump.count and moving.motion.is_rare(jump):
+        if moving.motion.is_rare(jump):
             yield of_edge(
                 edge, f'has {jump.count} of {moving.timing.count} samples that are far from those '
                 f'beside them, at most by {jump.gone:.3g} m and {degrees(jump.turned):.3g} deg, '
@@ -111,8 +111,8 @@ def interpolated_jump(case: Case) -> Iterator[Remark]:
     for edge, moving in case.moving():
         jump = moving.motion.slow
         # A wheel may turn by more than half a turn from one sample to the next.
-        in_place = moving.motion.travelled < _IN_PLACE and not case.is_correction(edge)
-        if (jump.count and not in_place and moving.motion.is_rare(jump)
+        in_place = moving.motion.travelled < _IN_PLACE
+        if (not in_place and moving.motion.is_rare(jump)
                 and not _rests(case, edge, moving)):
             yield of_edge(edge, f'{_in_words(jump)}: lookups in between return poses that never '
                           'existed', _evidence(jump),
@@ -264,7 +264,7 @@ def static_late(case: Case) -> Iterator[Remark]:
     """Find static edges that arrived long after an edge that they connect to."""
     first = case.first_arrivals
     for edge in case.edges:
-        if edge.fixed is None or not edge.fixed.first:
+        if edge.fixed is None:
             continue
         known = [first[frame] for frame in edge.frames if frame in first]
         late = edge.fixed.first - min(known, default=edge.fixed.first)

@@ -249,8 +249,8 @@ def delayed(case: Case) -> Iterator[Remark]:
     for edge, delays in late:
         if not any(edge is backlog.edge for backlog in backlogs):
             yield of_edge(
-                edge, f'arrives {delays.late / 1e6:.0f} ms after its stamp (95 of 100 are '
-                f'earlier; usually {delays.usual / 1e6:.0f} ms)',
+                edge, f'arrives {round(delays.late / 1e6)} ms after its stamp (95 of 100 are '
+                f'earlier; usually {round(delays.usual / 1e6)} ms)',
                 {'p50_delay_s': delays.usual / 1e9, 'p95_delay_s': delays.late / 1e9,
                  'count': timing_of(edge).delays.count})
 
