@@ -93,7 +93,7 @@ def in_words(finding):
     where = ', '.join(map('>'.join, finding.edges)) or f'({" ".join(finding.frames)})'
     if finding.edges and {*finding.frames} != {frame for edge in finding.edges for frame in edge}:
         where += f' ({" ".join(finding.frames)})'
-    numbers = ' '.join(f'{name}={number:.10g}' if number > 1e6 else f'{name}={number:.6g}'
+    numbers = ' '.join(f'{name}={number:.12g}' if number > 1e6 else f'{name}={number:.6g}'
                        for name, number in finding.evidence.items())
     parts = [f'{finding.severity.value} {where}', finding.senders, finding.summary, numbers,
              '' if finding.cause == usual.cause else f'cause: {finding.cause}',

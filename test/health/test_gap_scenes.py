@@ -33,7 +33,7 @@ def is_found(*messages, **others):
 def test_gap_is_three_intervals_and_a_second():
     assert said('gap', sent('a b', gapped(1.001), node='/driver')) == [
         'warning a>b | /driver | a -> b was silent for 1.001 s after 1700000001.100000000 s; '
-        'usually it comes every 100 ms | longest_s=1.001 usual_s=0.1 after_stamp_s=1700000001']
+        'usually it comes every 100 ms | longest_s=1.001 usual_s=0.1 after_stamp_s=1700000001.1']
     assert not is_found(sent('a b', gapped(1.0)))
     assert is_found(sent('a b', gapped(1.0 + NANOSECOND)))
     assert not is_found(sent('a b', gapped(1.5, 0.5)))
@@ -105,14 +105,14 @@ def test_edges_that_were_silent_at_once_are_one_finding():
                 sent('b c', gapped(3.0), node='/y')) == [
         'warning a>b, b>c | /x, /y | all 2 edges that move were silent at once, a -> b for 2.000 '
         's after 1700000001.100000000 s | edges=2 longest_s=2 usual_s=0.1 '
-        'after_stamp_s=1700000001 | cause: the recording or the simulation was paused, what '
+        'after_stamp_s=1700000001.1 | cause: the recording or the simulation was paused, what '
         'sends all of them or its network stopped, the computer was suspended, or its clock was '
         'set forward | fix: if other topics went on at that time, find out what stopped the '
         'senders of these edges; lookups in the gap are interpolated across it']
     assert said('gap', sent('a b', gapped(2.0)), sent('b c', gapped(3.0)),
                 doctor=Doctor(recorded=True)) == [
         'note a>b, b>c | all 2 edges that move were silent at once, a -> b for 2.000 s after '
-        '1700000001.100000000 s | edges=2 longest_s=2 usual_s=0.1 after_stamp_s=1700000001 | '
+        '1700000001.100000000 s | edges=2 longest_s=2 usual_s=0.1 after_stamp_s=1700000001.1 | '
         'cause: the recording or the simulation was paused, what sends all of them or its '
         'network stopped, the computer was suspended, or its clock was set forward | fix: if '
         'other topics went on at that time, find out what stopped the senders of these edges; '
@@ -138,7 +138,7 @@ def test_silence_of_more_than_a_month_is_a_clock_that_was_set():
 def test_only_edge_is_never_silent_at_once_with_others():
     assert said('gap', sent('a b', gapped(2.0)), doctor=Doctor(recorded=True)) == [
         'warning a>b | a -> b was silent for 2.000 s after 1700000001.100000000 s; usually it '
-        'comes every 100 ms | longest_s=2 usual_s=0.1 after_stamp_s=1700000001']
+        'comes every 100 ms | longest_s=2 usual_s=0.1 after_stamp_s=1700000001.1']
 
 
 def test_other_edge_that_is_too_slow_to_show_a_pause():
@@ -147,7 +147,7 @@ def test_other_edge_that_is_too_slow_to_show_a_pause():
         'warning a>b: 2.000 s after 1700000001.100000000']
     assert said('gap', *messages, doctor=Doctor(recorded=True)) == [
         'note a>b | a -> b was silent for 2.000 s after 1700000001.100000000 s; usually it comes '
-        'every 100 ms | longest_s=2 usual_s=0.1 after_stamp_s=1700000001 | cause: its node hung, '
+        'every 100 ms | longest_s=2 usual_s=0.1 after_stamp_s=1700000001.1 | cause: its node hung, '
         'crashed or was restarted; or the recording or the simulation was paused, because the '
         'other edges did not come either | fix: check the log of its publisher at that time, if '
         'nothing was paused: lookups in the gap are interpolated across it']
@@ -238,14 +238,14 @@ def test_tag_was_out_of_view_if_its_detector_went_on_with_others():
     assert said('gap', tag, seen('camera other', TEN_HZ)) == [
         'note camera>tag | /detector | camera -> tag was silent for 3.000 s after '
         '1700000001.100000000 s; usually it comes every 100 ms | longest_s=3 usual_s=0.1 '
-        'after_stamp_s=1700000001 | cause: tag was out of view: its publisher went on with '
+        'after_stamp_s=1700000001.1 | cause: tag was out of view: its publisher went on with '
         'camera -> other | fix: nothing to do, if it can leave the view; lookups of it have to '
         'expect that']
     assert said('gap', tag, seen('camera other', TEN_HZ), seen('camera third', TEN_HZ),
                 seen('camera fourth', TEN_HZ)) == [
         'note camera>tag | /detector | camera -> tag was silent for 3.000 s after '
         '1700000001.100000000 s; usually it comes every 100 ms | longest_s=3 usual_s=0.1 '
-        'after_stamp_s=1700000001 | cause: tag was out of view: its publisher went on with '
+        'after_stamp_s=1700000001.1 | cause: tag was out of view: its publisher went on with '
         'camera -> other and 2 more | fix: nothing to do, if it can leave the view; lookups of '
         'it have to expect that']
     assert 'with camera -> other and 1 more |' in said(

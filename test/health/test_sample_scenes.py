@@ -122,23 +122,23 @@ def test_clock_of_the_arrivals_was_set():
     assert said('recorder_clock', set_clock('a b', -2.0, node='/x')) == [
         'warning a>b | /x | the clock of the receiving computer was set back by 2.000 s at '
         '1700000004.900000000 s: the receive times of that edge jump by as much, and their '
-        'stamps do not | edges=1 step_s=-2 received_s=1700000005']
+        'stamps do not | edges=1 step_s=-2 received_s=1700000004.9']
     assert said('recorder_clock', set_clock('a b', -2.0), set_clock('b c', -2.0),
                 doctor=Doctor(recorded=True)) == [
         'warning a>b, b>c | the clock of the recorder was set back by 2.000 s at '
         '1700000004.900000000 s: the receive times of all 2 edges that move jump by as much, and '
-        'their stamps do not | edges=2 step_s=-2 received_s=1700000005 | fix: nothing to do '
+        'their stamps do not | edges=2 step_s=-2 received_s=1700000004.9 | fix: nothing to do '
         'here, if you go by the stamps: only the receive times are wrong, and the order of the '
         'messages where they overlap. Before the next recording, set the clock, and let chrony '
         'slew it afterwards']
     assert said('recorder_clock', set_clock('a b', 2.0, ahead=-2.0)) == [
         'warning a>b | the clock of the receiving computer was set forward by 2.000 s at '
         '1700000002.900000000 s: the receive times of that edge jump by as much, and their '
-        'stamps do not | edges=1 step_s=2 received_s=1700000003']
+        'stamps do not | edges=1 step_s=2 received_s=1700000002.9']
     assert said('recorder_clock', set_clock('a b', 2.0), set_clock('b c', 2.0)) == [
         'warning a>b, b>c | the receive times of all 2 edges that move jump forward by 2.000 s '
         'at 1700000004.900000000 s, and their stamps do not | edges=2 step_s=2 '
-        'received_s=1700000005 | cause: NTP or chrony set the clock of the computer that '
+        'received_s=1700000004.9 | cause: NTP or chrony set the clock of the computer that '
         'recorded or listened in one step; or all messages took longer by as much from then on, '
         'such as on another network']
     assert said('recorder_clock', sent('a b', TEN_HZ)) == []
@@ -193,11 +193,20 @@ def test_samples_that_were_held_back_arrive_together():
         '1700000005.000000000 s; the others arrive in time | edges=1 longest_s=2 '
         'received_s=1700000005 | cause: the network, or a computer or a queue on the way, held '
         'them back and then delivered all at once']
-    assert said('delayed', held_back('a b'), held_back('b c', 2.0)) == [
-        'warning a>b, b>c | a -> b, b -> c: samples up to 3.000 s old arrived together, at '
-        '1700000005.000000000 s; the others arrive in time | edges=2 longest_s=3 '
+    assert said('delayed', held_back('a b'), held_back('b c', 2.5, 5.4, 5.4)) == [
+        'warning a>b, b>c | a -> b, b -> c: samples up to 2.900 s old arrived together, at '
+        '1700000005.000000000 s; the others arrive in time | edges=2 longest_s=2.9 '
         'received_s=1700000005 | cause: the network, or a computer or a queue on the way, held '
         'them back and then delivered all at once: what these edges have in common']
+    # A delay as long as the limit is not late.
+    stamps = every(0.1, 100)
+    received = np.where(stamps < from_seconds(3.0), stamps + from_seconds(0.5), np.maximum(
+        stamps + from_seconds(0.5), from_seconds(5.0)))
+    assert said('delayed', sent('a b', stamps, received)) == [
+        'warning a>b | a -> b: samples up to 2.000 s old arrived together, at '
+        '1700000005.000000000 s; the others arrive in time | edges=1 longest_s=2 '
+        'received_s=1700000005 | cause: the network, or a computer or a queue on the way, held '
+        'them back and then delivered all at once']
     # Together are those that begin within a second after the end of others.
     ends = 6.0, 6.0 + 1e-6
     assert [short('delayed', held_back('a b'), held_back('b c', 3.0, 6.0, until))
@@ -209,7 +218,7 @@ def test_samples_that_were_held_back_arrive_together():
         'them back and then delivered all at once',
         'warning b>c | b -> c: samples up to 2.500 s old arrived together, at '
         '1700000006.500000000 s; the others arrive in time | edges=1 longest_s=2.5 '
-        'received_s=1700000006 | cause: the network, or a computer or a queue on the way, held '
+        'received_s=1700000006.5 | cause: the network, or a computer or a queue on the way, held '
         'them back and then delivered all at once']
     three = [held_back('a b'), held_back('b c', 3.5, 5.9, 5.9), held_back('c d', 4.0, 6.8, 6.8)]
     assert short('delayed', *three) == [

@@ -271,8 +271,6 @@ def _backlog_of(case: Case, edge: EdgeRecord, delays: Delays) -> _Backlog | None
         return None
     received, delay = case.timebase.delays(timing_of(edge))
     late = delay > case.limits.max_delay
-    if not late.any():
-        return None
     begin, end, longest = received[late].min(), received[late].max(), delay[late].max()
     if end - begin > _AT_ONCE * longest:
         return None
