@@ -62,7 +62,8 @@ def test_stamps_that_alternate_because_the_clock_of_the_arrivals_was_set_back_ha
         return gaps(set_back('a b', every(0.1, 1200)), set_back('b c', stamps))
 
     assert [found(gap) for gap in (0.3, 0.6)] == [[], []]
-    assert [found(gap) for gap in (2.0 - MICROSECOND, 2.0)] == [[], ['warning b>c: 2.000 s after 1700000059.700000000']]
+    assert [found(gap) for gap in (2.0 - MICROSECOND, 2.0)] == [
+        [], ['warning b>c: 2.000 s after 1700000059.700000000']]
 
 
 def test_only_stamps_have_a_gap_if_messages_went_on():
@@ -132,7 +133,9 @@ def test_silence_of_more_than_a_month_is_a_clock_that_was_set():
         return said('gap', sent('a b', gapped(gap)), sent('b c', gapped(gap)))[0].split(' | ')[3]
 
     assert cause(MONTH).startswith('cause: the recording or the simulation was paused')
-    assert cause(MONTH + 1e-3) == 'cause: the clock of the computer was set, from its start (often 1970) to the present'
+    assert cause(MONTH + 1e-3) == (
+        'cause: the clock of the computer was set, from its start (often 1970) to the '
+        'present')
 
 
 def test_only_edge_is_never_silent_at_once_with_others():

@@ -92,9 +92,12 @@ def test_repeated_stamps():
     assert said('duplicate_stamps', repeated(5, 60, 2)) == [
         'note a>b | /relay | a -> b repeats 5 of 60 stamps, 2 of them with another pose | '
         'count=5 differing=2 samples=60']
-    assert [short('duplicate_stamps', repeated(times, 60)) for times in (2, 3)] == [[], ['note a>b']]
-    assert [short('duplicate_stamps', repeated(4, count)) for count in (399, 400)] == [['note a>b'], []]
-    assert [short('duplicate_stamps', repeated(49, 100, poses)) for poses in (40, 41)] == [['note a>b'], ['warning a>b']]
+    assert [short('duplicate_stamps', repeated(times, 60)) for times in (2, 3)] == [
+        [], ['note a>b']]
+    assert [short('duplicate_stamps', repeated(4, count)) for count in (399, 400)] == [
+        ['note a>b'], []]
+    assert [short('duplicate_stamps', repeated(49, 100, poses)) for poses in (40, 41)] == [
+        ['note a>b'], ['warning a>b']]
 
 
 def test_stamps_out_of_order():
@@ -106,8 +109,10 @@ def test_stamps_out_of_order():
     assert said('out_of_order', disordered(5, 60)) == [
         'warning a>b | /relay | a -> b has 5 of 60 stamps that are older than the one before | '
         'count=5 samples=60']
-    assert [short('out_of_order', disordered(times, 60)) for times in (2, 3)] == [[], ['warning a>b']]
-    assert [short('out_of_order', disordered(4, count)) for count in (399, 400)] == [['warning a>b'], []]
+    assert [short('out_of_order', disordered(times, 60)) for times in (2, 3)] == [
+        [], ['warning a>b']]
+    assert [short('out_of_order', disordered(4, count)) for count in (399, 400)] == [
+        ['warning a>b'], []]
 
 
 # --- the clock of the arrivals
@@ -155,7 +160,8 @@ def test_edges_that_arrive_late():
     assert said('delayed', late('a b', 0.7, node='/camera')) == [
         'warning a>b | /camera | a -> b arrives 700 ms after its stamp (95 of 100 are earlier; '
         'usually 700 ms) | p50_delay_s=0.7 p95_delay_s=0.7 count=60']
-    assert [short('delayed', late('a b', seconds)) for seconds in (0.5, 0.5 + NANOSECOND)] == [[], ['warning a>b']]
+    assert [short('delayed', late('a b', seconds)) for seconds in (0.5, 0.5 + NANOSECOND)] == [
+        [], ['warning a>b']]
     assert [short('delayed', late('a b', 0.7, count)) for count in (2, 3)] == [[], ['warning a>b']]
     seldom = 0.1 + 0.7 * (np.arange(60) % 10 == 5)
     assert said('delayed', late('a b', seldom)) == [

@@ -40,13 +40,15 @@ def test_edge_is_silent_after_a_second_and_dead_after_five():
         'error a>b | /driver | a -> b has been silent for 10.000 s; it came every 100 ms | '
         'silent_s=10 usual_s=0.1 samples=60']
     times = 6.9, 6.9 + MICROSECOND, 10.9, 10.9 + MICROSECOND
-    assert [severities('stale', messages, now=now) for now in times] == [[], ['warning a>b'], ['warning a>b'], ['error a>b']]
+    assert [severities('stale', messages, now=now) for now in times] == [
+        [], ['warning a>b'], ['warning a>b'], ['error a>b']]
 
 
 def test_slow_edge_is_dead_after_ten_intervals():
     messages = sent('a b', every(1.0, 20))
     times = 22.0, 22.0 + MICROSECOND, 29.0, 29.0 + MICROSECOND
-    assert [severities('stale', messages, now=now) for now in times] == [[], ['warning a>b'], ['warning a>b'], ['error a>b']]
+    assert [severities('stale', messages, now=now) for now in times] == [
+        [], ['warning a>b'], ['warning a>b'], ['error a>b']]
 
 
 def test_few_samples_do_not_show_that_an_edge_is_dead():
@@ -64,7 +66,8 @@ def test_few_samples_do_not_show_that_an_edge_is_dead():
         'samples=1']
     assert severities('stale', once, now=3.0) == []
     # The buffer has forgotten it then: slow_for_window reports that.
-    assert [severities('stale', once, now=now) for now in (10.0, 10.0 + MICROSECOND)] == [['warning a>b'], []]
+    assert [severities('stale', once, now=now) for now in (10.0, 10.0 + MICROSECOND)] == [
+        ['warning a>b'], []]
     assert severities('stale', sent('a b', every(0.1, 2)), now=20.0) == [
         'warning a>b']
 
@@ -72,19 +75,22 @@ def test_few_samples_do_not_show_that_an_edge_is_dead():
 def test_edge_that_was_silent_for_as_long_before_is_not_dead():
     messages = sent('a b', after(*[0.1] * 20, 10.0, *[0.1] * 20))
     times = 14.0 + 12.0, 14.0 + 12.0 + MICROSECOND
-    assert [severities('stale', messages, now=now) for now in times] == [['warning a>b'], ['error a>b']]
+    assert [severities('stale', messages, now=now) for now in times] == [
+        ['warning a>b'], ['error a>b']]
 
 
 def test_irregular_edge_is_dead_after_ten_of_its_long_intervals():
     messages = sent('a b', after(*[0.1, 0.1, 0.1, 2.0] * 15))
     end = 15 * 2.3
     times = end + 20.0, end + 20.0 + MICROSECOND
-    assert [severities('stale', messages, now=now) for now in times] == [['warning a>b'], ['error a>b']]
+    assert [severities('stale', messages, now=now) for now in times] == [
+        ['warning a>b'], ['error a>b']]
     # Of stamps without a fraction of a second, the arrivals show the interval.
     stamps = every(0.5, 61)
     whole = sent('a b', stamps // 10**9 * 10**9, stamps)
     times = 30.0 + 3.0, 30.0 + 3.0 + MICROSECOND, 30.0 + 5.0, 30.0 + 5.0 + MICROSECOND
-    assert [severities('stale', whole, now=now) for now in times] == [[], ['warning a>b'], ['warning a>b'], ['error a>b']]
+    assert [severities('stale', whole, now=now) for now in times] == [
+        [], ['warning a>b'], ['warning a>b'], ['error a>b']]
 
 
 def test_tag_is_out_of_view_if_its_detector_goes_on_with_another():
@@ -97,7 +103,9 @@ def test_tag_is_out_of_view_if_its_detector_goes_on_with_another():
     # The other one arrives once more after the tag has become silent.
     last = 10.9 + np.array([1.0, 1.0 + MICROSECOND])
     assert [severities('stale', tag, seen('camera other', np.concatenate([
-        TEN_HZ, from_seconds([end - 5.0])]), late=5.0), now=14.0) for end in last] == [['warning camera>tag', 'warning camera>other'], ['warning camera>other', 'note camera>tag']]
+        TEN_HZ, from_seconds([end - 5.0])]), late=5.0), now=14.0) for end in last] == [
+        ['warning camera>tag', 'warning camera>other'],
+        ['warning camera>other', 'note camera>tag']]
     # A glimpse of a tag says nothing, as long as others are seen.
     glimpse = seen('camera tag', every(0.1, 1))
     assert severities('stale', glimpse, seen('camera other', every(0.1, 150))) == [
@@ -169,7 +177,8 @@ def test_what_left_the_view_of_a_robot_is_no_error():
         'error base>person']
     # Those that end together, within one second, have ended with their node.
     assert [severities('stale', *robot, person, seen('base other', TEN_HZ + from_seconds(late)))
-            for late in (1.0 - MICROSECOND, 1.0)] == [['error base>person', 'error base>other'], ['warning base>person', 'warning base>other']]
+            for late in (1.0 - MICROSECOND, 1.0)] == [
+        ['error base>person', 'error base>other'], ['warning base>person', 'warning base>other']]
 
 
 def test_several_that_ended_one_after_another_may_have_left():
@@ -237,7 +246,8 @@ def test_edge_that_changes_its_rate_is_a_note():
 
     # One mode is at least twice as fast as the other; one short interval makes both irregular.
     assert [severities('irregular_rate', sent('a b', after(
-        *[0.1] * 20, 0.001, *[0.1] * 99, *[0.1, slow] * 60))) for slow in (0.28, 0.32)] == [['warning a>b'], ['note a>b']]
+        *[0.1] * 20, 0.001, *[0.1] * 99, *[0.1, slow] * 60))) for slow in (0.28, 0.32)] == [
+        ['warning a>b'], ['note a>b']]
     # Their intervals differ by hardly more.
     assert [found([0.1 - vary, 0.1 + vary], [0.5 - 5.0 * vary, 0.5 + 5.0 * vary])
             for vary in (0.024, 0.026)] == [['note a>b'], ['warning a>b']]
@@ -296,7 +306,8 @@ def test_glimpses_of_a_tag_are_not_too_slow_while_others_are_seen():
         return severities('slow_for_window', seen('camera tag', every(12.0, count)),
                           seen('camera other', every(0.1, 1000), node))
 
-    assert [found(7), found(8), found(7, '/x')] == [[], ['warning camera>tag'], ['warning camera>tag']]
+    assert [found(7), found(8), found(7, '/x')] == [
+        [], ['warning camera>tag'], ['warning camera>tag']]
 
 
 def test_edge_of_a_simulation_is_too_slow_by_its_stamps():

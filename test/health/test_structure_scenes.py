@@ -53,6 +53,9 @@ def test_names_that_look_alike():
         'base-link tool')) == [
         "error (base_link baselink base-link) | 'base_link', 'baselink', 'base-link' look like "
         'one frame, and their trees are not connected | names=3 trees=3']
+    assert said('similar_names', fixed('map base_link'), fixed('baselink arm')) == [
+        "error (base_link baselink) | 'base_link', 'baselink' look like one frame, and their "
+        'trees are not connected | names=2 trees=2']
     names = 'link_1_1', 'link_11', 'link11', 'Link 1_1', 'link_1__1', 'link1_1'
     assert said('similar_names', fixed('map ' + ', map '.join(
         name.replace(' ', '-') for name in names))) == [
@@ -157,17 +160,29 @@ def test_edges_that_alternated_once_were_recorded_twice():
         'error odom>base, base>arm, arm>tool']
 
 
-def set_back(edges, gone=0.1, step=3.0, count=200, more=0.0):
-    """Return messages of an edge that arrive twice for some time, and may alternate for longer."""
-    stamps = every(0.1, count)
-    received = stamps - from_seconds(step) * (stamps >= from_seconds(10.0))
-    return sent(edges, stamps, received, poses(count, x=gone * np.arange(count)))
+def set_back(edges, begin=0.0, end=0.0):
+    """
+    Return messages of an edge whose arrivals go back from 10 s to 7 s.
+
+    :param begin: from this stamp on, seconds, to the end, another publisher sends it, too.
+    """
+    stamps = every(0.1, 200)
+    other = stamps[(stamps >= from_seconds(begin)) & (stamps < from_seconds(end))]
+    return sum((sent(edges, each, each - from_seconds(3.0) * (each >= from_seconds(10.0)), poses(
+        len(each), x=apart + 1e-9 * each)) for each, apart in (
+            (stamps, 0.0), (other + from_seconds(0.04), 8.0))), [])
 
 
 def test_edge_that_alternates_while_the_clock_of_the_arrivals_ran_twice():
     assert short('recorder_clock', set_back('odom base')) == [
         'warning odom>base']
     assert short('two_publishers', set_back('odom base')) == []
+    # Alternating from a second before these 3 s to a second after them is no other publisher.
+    assert short('recorder_clock', set_back('odom base', 6.2, 13.6)) == [
+        'warning odom>base']
+    assert short('two_publishers', driving('base arm'), driving('x y')) == []
+    assert [short('two_publishers', set_back('odom base', begin, end)) for begin, end in (
+        (6.2, 13.6), (5.0, 13.6), (6.2, 15.0))] == [[], ['error odom>base'], ['error odom>base']]
 
 
 # --- quality of service
@@ -272,6 +287,11 @@ def test_child_that_alternates_between_two_parents():
         seldom, [0] * 10 + [1] * 10 + [0] * 10 + [1] * 10)] == [['error b>c, a>c'], []]
     assert short('two_parents', changing([0] * 20 + [1, 0, 1] + [0] * 20, 5.0)) == [
         'error a>c, b>c']
+    # As often as the other one comes, or as it comes itself, is no turn each time.
+    assert [short('two_parents', changing(pattern, 5.0)) for pattern in (
+        [0, 0, 1, 0, 0, 1, 0, 1, 0], [0, 0, 1, 0, 0, 1, 0, 0, 1, 0],
+        [0] * 5 + [1, 1] + [0] * 5 + [1], [0] * 5 + [1] + [0] * 5 + [1])] == [
+        [], ['error a>c, b>c'], [], ['error a>c, b>c']]
 
 
 def test_child_with_a_static_parent_and_another_one():

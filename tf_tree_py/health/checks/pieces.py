@@ -32,10 +32,9 @@ def _prefix(piece: Sequence[str]) -> str:
 
 
 def _reached(frame: str, neighbours: Mapping[str, Sequence[str]]) -> list[str]:
-    reached, waiting = {frame: None}, [frame]
+    reached, waiting = dict.fromkeys([frame]), [frame]
     while waiting:
-        for other in neighbours[waiting.pop()]:
-            if other not in reached:
-                reached[other] = None
-                waiting.append(other)
+        new = [other for other in neighbours[waiting.pop()] if other not in reached]
+        reached |= dict.fromkeys(new)
+        waiting += new
     return list(reached)

@@ -125,7 +125,8 @@ def _is_of_overlap(case: Case, moving: MovingEdge) -> bool:
 
 def _alternating(edge: EdgeRecord, moving: MovingEdge) -> Remark:
     turns = moving.motion.turns
-    each = ' and '.join(f'every {format_span(round(one))}' for one in turns.intervals or ())
+    assert turns.intervals is not None
+    each = ' and '.join(f'every {format_span(round(one))}' for one in turns.intervals)
     return of_edge(
         edge, f'alternates between two poses {times(turns.all)}, by {turns.sizes.median:.3g} '
         f'(metres and radians together), as two publishers do that send {each}; '
@@ -260,7 +261,9 @@ def loop(case: Case) -> Iterator[Remark]:
 def two_parents(case: Case) -> Iterator[Remark]:
     """Find children that alternate between parents, or that have two parents and a static edge."""
     for child, edges in case.above.items():
-        if len(edges) < 2 or not (_fights(case, child, edges) or _is_fixed_twice(edges)):
+        # A static edge is valid at all times, and so in conflict with any other.
+        if len(edges) < 2 or not (_fights(case, child, edges)
+                                  or any(edge.fixed for edge in edges)):
             continue
         parents = tuple(edge.parent for edge in edges)
         switches = case.parents[child].switches
@@ -285,12 +288,6 @@ def _fights(case: Case, child: str, edges: list[EdgeRecord]) -> bool:
     counts = sorted(edge.moving.timing.count for edge in edges if edge.moving)
     slow = len(counts) > 1 and counts[0] < changed.switches < counts[-1]
     return slow or changed.last - changed.first < (changed.switches - 1) * _ROUND
-
-
-def _is_fixed_twice(edges: list[EdgeRecord]) -> bool:
-    """Return whether a child has several static edges, or a static and a moving one."""
-    fixed = [edge for edge in edges if edge.fixed]
-    return len(fixed) > 1 or bool(fixed and any(edge.moving for edge in edges))
 
 
 @check(Severity.ERROR, textbook=True,
