@@ -6,7 +6,7 @@
 from bisect import bisect_left
 
 import numpy as np
-from small_scenes import after, BEGIN, every, poses, said, sent, SIMULATED
+from small_scenes import after, every, poses, said, sent, SIMULATED
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.measures.thresholds import Thresholds

@@ -99,7 +99,7 @@ def test_refused_names():
 # --- publishers
 
 def alternating(edges, count=200, apart=1.0, begin=0, end=None, node='', shift=0.02):
-    """Return messages of two publishers, of which the other one sends from one place to another."""
+    """Return messages of two publishers, of which the other one sends some."""
     stamps = every(0.1, count)
     at = poses(count, x=0.02 * np.arange(count))
     other = slice(begin, end)
