@@ -56,7 +56,7 @@ class ByteCursor:
 
     def skip(self, size: int, alignment: int) -> int:
         """Skip an aligned field, and return its position."""
-        begin = self.position + -(self.position - ENCAPSULATION_BYTES) % alignment
+        begin = self.position + (ENCAPSULATION_BYTES - self.position) % alignment
         if begin + size > len(self.data):
             raise WireError(f'truncated at byte {begin} of {len(self.data)}')
         self.position = begin + size

@@ -51,7 +51,7 @@ _Unpack = Callable[[bytes], tuple[Any, ...]]
 
 def key_of(data: bytes) -> Key:
     """Return the size and the first parent's name: they differ for most layouts."""
-    if len(data) <= _FIRST_NAME:
+    if len(data) <= _FIRST_LENGTH:
         return len(data), b''
     # Depending on the byte order, this is the lowest or the highest byte of the name's length.
     # All messages of one layout have the same value there.
@@ -113,6 +113,8 @@ class MessageLayout:
         """
         if not self.fits(data):
             return None
+        if not self.wanted:
+            return Batch((), (), (), self._slashed)
         values = self._unpack_numbers(data)
         poses: Sequence[bytes] = values[2::3]
         if self.order != _NATIVE:
@@ -131,11 +133,11 @@ def _stamps(secs: Sequence[int], nanosecs: Sequence[int]) -> tuple[list[int], in
 
     It is faster if all are equal, as is usual in one message.
     """
-    count = len(secs)
-    if count == 1 or count and secs.count(secs[0]) == nanosecs.count(nanosecs[0]) == count:
-        return [secs[0] * NANOSECONDS_PER_SECOND + nanosecs[0]] * count, nanosecs[0]
+    sec, nanosec, count = secs[0], nanosecs[0], len(secs)
+    if secs.count(sec) == nanosecs.count(nanosec) == count:
+        return [sec * NANOSECONDS_PER_SECOND + nanosec] * count, nanosec
     return ([sec * NANOSECONDS_PER_SECOND + nanosec
-             for sec, nanosec in zip(secs, nanosecs, strict=True)], max(nanosecs, default=0))
+             for sec, nanosec in zip(secs, nanosecs, strict=True)], max(nanosecs))
 
 
 def _without_impossible(batch: Batch, secs: Sequence[int], nanosecs: Sequence[int]) -> Batch:
@@ -215,7 +217,8 @@ def _steps(cursor: ByteCursor, rename: Rename) -> Generator[None, None, MessageL
     count = cursor.read_uint32()
     if count * _MIN_TRANSFORM_BYTES > size:
         raise WireError(f'{size} bytes cannot hold {count} transforms')
-    places, edges, slashed = [], [], dict[str, None]()
+    places, edges = [], []
+    slashed: dict[str, None] = {}
     for number in range(count):
         if number % STEP == STEP - 1:
             yield

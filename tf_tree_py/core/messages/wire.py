@@ -30,12 +30,14 @@ from .message_layout import (
     Rename,
 )
 from .sample import as_sec_nanosec, Batch, Sample
-from ..edges.packed import POSE_BYTES
+from ..edges.packed import pack_pose, POSE_BYTES
 from ..geometry import se3
 from ..stamp import LATEST
 
 _HEAD_BYTES = 8  # encapsulation and count
-_STAMP = struct.Struct('<iI')
+# Both byte orders are CDR. Messages are written in that of this machine, as poses are packed.
+_ENCAPSULATION = {'little': b'\0\1\0\0', 'big': b'\0\0\0\0'}[sys.byteorder]
+_STAMP = struct.Struct('=iI')
 DEFAULT_REMEMBERED = 8_000_000
 """Maximum bytes of a reader's layouts, enough for the hundreds of transforms of a swarm."""
 # The most layouts with one key; a message is compared with each of them in turn.
@@ -154,17 +156,17 @@ def write(samples: Collection[Sample]) -> bytes:
 def _laid_out(samples: Collection[Sample]) -> tuple[bytearray, list[int], list[int]]:
     """Return a message, and the positions of each stamp and each pose in it."""
     data, stamps_at, poses_at = bytearray(_HEAD_BYTES), list[int](), list[int]()
-    struct.pack_into('<4sI', data, 0, b'\0\1\0\0', len(samples))
+    struct.pack_into('=4sI', data, 0, _ENCAPSULATION, len(samples))
     for parent, child, stamp, pose in samples:
         _align(data, 4)
         stamps_at.append(len(data))
         data += _STAMP.pack(*as_sec_nanosec(stamp))
         for name in (parent.encode() + b'\0', child.encode() + b'\0'):
             _align(data, 4)
-            data += struct.pack('<I', len(name)) + name
+            data += struct.pack('=I', len(name)) + name
         _align(data, 8)
         poses_at.append(len(data))
-        data += struct.pack('<7d', *pose)
+        data += pack_pose(*pose)
     return data, stamps_at, poses_at
 
 
@@ -182,8 +184,6 @@ class WireWriter:
 
         :raises InvalidArgumentException: a stamp that no message can hold.
         """
-        if sys.byteorder != 'little':
-            return write(batch.samples())
         edges = tuple(batch.edges)
         if edges not in self._layouts:
             self._layouts[edges] = _laid_out(
@@ -198,7 +198,7 @@ class WireWriter:
 
 
 def _align(data: bytearray, size: int) -> None:
-    data += bytes(-(len(data) - ENCAPSULATION_BYTES) % size)
+    data += bytes((ENCAPSULATION_BYTES - len(data)) % size)
 
 
 def read(data: bytes) -> Batch:
