@@ -186,24 +186,23 @@ class JumpBack:
         :return: an incident if another run has begun, after which the caller forgets all
             moving edges; otherwise None.
         """
-        newest = max(stamps)
-        if self._newest is None or newest >= self._newest - self._limit:
+        newest, known = max(stamps), self._newest
+        if known is None or newest >= known - self._limit:
             self._go_on(newest)
             return None
         for (_, child), stamp in zip(edges, stamps, strict=True):
             if child in histories and self._has_gone_on(child, stamp):
                 self._gone_back.add(child)
-        if not self._most_went_back(histories):
+        if not self._most_went_back(known - self._limit, histories):
             return None
-        back = self._newest - newest
-        self._given_up = self._newest
+        self._given_up = known
         self.begin()
         self._newest = newest
         parent, child = edges[0]
         return Incident(
             Kind.JUMP_BACK, parent, child, newest, authority,
-            f'stamps went back by {format_span(back)} and continue from there: a bag that loops, '
-            'or a simulation that was restarted. All moving edges were cleared')
+            f'stamps went back by {format_span(known - newest)} and continue from there: a bag '
+            'that loops, or a simulation that was restarted. All moving edges were cleared')
 
     def _go_on(self, newest: int) -> None:
         """Take note of a message of the current run."""
@@ -213,9 +212,8 @@ class JumpBack:
                 self._patience *= 2
             self._given_up = None
         self._newest = max(newest, known)
-        if self._steps:
-            self._steps.clear()
-            self._gone_back.clear()
+        self._steps.clear()
+        self._gone_back.clear()
 
     def _has_gone_on(self, child: str, stamp: int) -> bool:
         first, last = self._steps.get(child, (stamp, stamp))
@@ -224,10 +222,9 @@ class JumpBack:
         self._steps[child] = first, max(last, stamp)
         return stamp - first >= self._patience
 
-    def _most_went_back(self, histories: Mapping[str, History]) -> bool:
-        if not self._gone_back or self._newest is None:
+    def _most_went_back(self, horizon: int, histories: Mapping[str, History]) -> bool:
+        if not self._gone_back:
             return False
-        horizon = self._newest - self._limit
         # The newest stamp of a static edge is 0, that of an edge without data None.
         alive = {child for child, history in histories.items()
                  if (history.newest_stamp or horizon - 1) >= horizon}

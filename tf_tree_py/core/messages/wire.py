@@ -158,7 +158,6 @@ def _laid_out(samples: Collection[Sample]) -> tuple[bytearray, list[int], list[i
     data, stamps_at, poses_at = bytearray(_HEAD_BYTES), list[int](), list[int]()
     struct.pack_into('=4sI', data, 0, _ENCAPSULATION, len(samples))
     for parent, child, stamp, pose in samples:
-        _align(data, 4)
         stamps_at.append(len(data))
         data += _STAMP.pack(*as_sec_nanosec(stamp))
         for name in (parent.encode() + b'\0', child.encode() + b'\0'):
