@@ -192,6 +192,8 @@ def test_step_begins_at_the_latest_stamp_of_the_edge():
     patient = SECOND - 1
     stamps = at(NOW, far, far + patient, far + 1, far + patient + LIMIT)
     assert judged(JumpBack(LIMIT), FIRST, *stamps) == [4]
+    again = at(NOW, far, far + patient, far, far + patient + LIMIT)
+    assert judged(JumpBack(LIMIT), FIRST, *again) == [4]
     late = at(NOW, far, far + patient, far + 1, far + patient + LIMIT + 1)
     assert judged(JumpBack(LIMIT), FIRST, *late) == []
 

@@ -178,9 +178,8 @@ def test_child_process_forgets_those_of_its_parent(waiting):
     waiting.repair_in_child()
     assert (len(waiting), woken) == (0, [])
     assert not waiting.sleep_until_somebody(0.0)
-    for inquiry in inquiries:
-        assert inquiry.places == ()
-        inquiry.end()
+    assert [inquiry.places for inquiry in inquiries] == [(), ()]
+    inquiries[0].end()
     inquiry_of(waiting, woken, 'z', ('a', 5))
     assert len(waiting) == 1
     waiting.change(tree_of(a=5), lambda: 'a', lambda: None)
@@ -271,6 +270,15 @@ def test_wait_that_cannot_help_does_not_begin(waiting, blockers):
         waiting.wait_for(query, began.append)
     assert began == [raised.value] * len(blockers)
     assert (raised.value.waited_s, query.asked, len(waiting)) == (None, 1, 0)
+
+
+def test_error_at_the_beginning_of_a_wait_is_raised_as_it_is(waiting):
+    def begin(error):
+        raise TransformException('no clock')
+
+    with pytest.raises(TransformException, match='no clock') as raised:
+        waiting.wait_for(Query(('a', 5)), begin)
+    assert (raised.value.waited_s, len(waiting)) == (None, 0)
 
 
 def test_wait_asks_once_more_when_its_time_is_up(waiting):

@@ -227,5 +227,5 @@ class JumpBack:
             return False
         # The newest stamp of a static edge is 0, that of an edge without data None.
         alive = {child for child, history in histories.items()
-                 if (history.newest_stamp or horizon - 1) >= horizon}
+                 if history.newest_stamp and history.newest_stamp >= horizon}
         return 2 * len(alive & self._gone_back) > len(alive)
