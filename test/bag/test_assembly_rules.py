@@ -116,6 +116,13 @@ def test_refused_message_is_counted_and_noted():
         Anomaly('malformed message', '', '', 1, LATEST, LATEST, 'torn'),)
 
 
+@pytest.mark.parametrize(('size', 'counts'), [(16_000_000, [2]), (16_000_001, [1, 1])])
+def test_window_is_full_beyond_sixteen_megabytes(size, counts):
+    told, torn = [], bytes(size)
+    Assembler(Decoder(), UNLIMITED).assemble([RecordedMessage(0, TF, torn)] * 2, told.append)
+    assert told == counts
+
+
 # --- static edges
 
 @pytest.mark.parametrize(('first', 'second', 'differ'), [

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 from tf_tree_py.core import Pose, TransformException
-from tf_tree_py.core.buffer.waiting import call_all, Inquiry, wake_all, Waiting, WallDeadline
+from tf_tree_py.core.buffer.waiting import call_all, Inquiry, Waiting, wake_all, WallDeadline
 from tf_tree_py.core.tree.tree import Tree
 
 SECOND = 10**9

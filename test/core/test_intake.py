@@ -22,10 +22,10 @@ from tf_tree_py.core import (
     TransformException,
     TransformWarning,
 )
+from tf_tree_py.core.buffer.waiting import Inquiry, WallDeadline
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.observers import Observer
 from tf_tree_py.core.messages.sample import Batch, ImpossibleStamp
-from tf_tree_py.core.buffer.waiting import Inquiry, WallDeadline
 
 SECOND = 10**9
 NOW = 1000 * SECOND

@@ -127,7 +127,7 @@ def test_stamps_of_messages_have_32_bits_of_each(stamp, pair):
     if pair is not None:
         assert as_sec_nanosec(stamp) == pair
         return
-    with pytest.raises(InvalidArgumentException, match=r'^Invalid argument stamp -?\d+\.\d{9} s: '):
+    with pytest.raises(InvalidArgumentException, match=r'^Invalid argument stamp -?\d+\.\d{9} s'):
         as_sec_nanosec(stamp)
 
 
