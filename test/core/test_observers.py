@@ -11,7 +11,6 @@ from tf_tree_py.core import Kind, LATEST, LookupException, PlainBuffer, Pose
 from tf_tree_py.core.edges.packed import pack_pose
 from tf_tree_py.core.messages.observers import (
     asked,
-    Endpoint,
     halves,
     newest_of,
     NO_OBSERVERS,
@@ -82,11 +81,6 @@ def test_plain_observer_does_nothing():
     assert len(NO_OBSERVERS) == 0
 
 
-def test_received_message_is_of_a_moving_edge_by_default():
-    assert ReceivedMessage(None, 5, '/tf')[3:] == (False, '')
-    assert Endpoint('/tf', False, '/node', True, True, False).topic == '/tf'
-
-
 # --- arrivals and incidents
 
 def test_message_is_notified_without_its_impossible_stamps():
@@ -99,8 +93,10 @@ def test_message_is_notified_without_its_impossible_stamps():
     assert one.log[0][1] is arrival
     bad = batch._replace(impossible=[ImpossibleStamp('a', 'c', 1, 10**9)])
     observers.notify_received(arrival._replace(batch=bad))
+    observers.notify_received(ReceivedMessage(batch, 8, '/tf'))
     assert one.log == other.log == [
-        ('received', arrival), ('received', arrival._replace(batch=batch))]
+        ('received', arrival), ('received', arrival._replace(batch=batch)),
+        ('received', ReceivedMessage(batch, 8, '/tf', False, ''))]
 
 
 def test_buffer_notifies_of_each_insertion_and_its_incidents():
