@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The parts of the assembly of a bag, by themselves: texts, blocks, names, the order of arrival."""
+"""The parts of a bag's assembly by themselves: texts, blocks, names, the order of arrival."""
 
 import math
 

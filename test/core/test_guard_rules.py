@@ -102,8 +102,8 @@ def test_without_a_limit_each_edge_is_reported_until_it_is_known():
     assert [remark.child for remark in remarks] == ['child0', 'child3', 'child4']
     assert remarks[0] == Incident(
         Kind.AHEAD_OF_CLOCK, 'map', 'child0', limit + 1, 'me',
-        'its stamp 1010.000000001 is 10.000 s ahead of the clock: good data of this edge is older, '
-        f'and will be refused if it is older by more than the buffer keeps. {CLOCK}. '
+        'its stamp 1010.000000001 is 10.000 s ahead of the clock: good data of this edge is '
+        f'older, and will be refused if it is older by more than the buffer keeps. {CLOCK}. '
         'Buffer(max_future=...) refuses such stamps')
 
 

@@ -36,7 +36,8 @@ def no_legs(parent, child):
 # --- what a layout is made of
 
 @pytest.mark.parametrize(('data', 'name'), [
-    (b'', b''), (bytes(16), b''), (bytes(17), b''), (bytes([2] * 20), b''), (bytes([2] * 21), b'\2'),
+    (b'', b''), (bytes(16), b''), (bytes(17), b''), (bytes([2] * 20), b''),
+    (bytes([2] * 21), b'\2'),
     (bytes([2] * 22), b'\2\2'), (bytes([2] * 30), b'\2\2'), (bytes(16) + b'\3abcdefgh', b'def'),
     (bytes(16) + b'\0abcdefgh', b'')])
 def test_key_is_the_size_and_the_first_name(data, name):
@@ -110,7 +111,8 @@ def test_transforms_with_impossible_stamps_are_left_out_unless_they_are_static(n
         assert batch == Batch(tuple(edges), stamps, tuple(poses), ('/map', '/base'))
     good = [number for number in range(4) if number not in bad]
     reader = WireReader()
-    for batch in (reader.read(data), reader.read(data), find_layout(data, as_published).read(data)):
+    layout = find_layout(data, as_published)
+    for batch in (reader.read(data), reader.read(data), layout.read(data)):
         assert [list(column) for column in batch] == [
             [edges[number] for number in good], [stamps[number] for number in good],
             [poses[number] for number in good], ['/map', '/base'],
