@@ -9,8 +9,15 @@ from hypothesis import given, strategies as st
 from inputs import for_each
 import numpy as np
 import pytest
-from tf_tree_py.core import Incident, InvalidArgumentException, Kind, PlainBuffer, Pose, Sample
-from tf_tree_py.core import UNLIMITED
+from tf_tree_py.core import (
+    Incident,
+    InvalidArgumentException,
+    Kind,
+    PlainBuffer,
+    Pose,
+    Sample,
+    UNLIMITED,
+)
 from tf_tree_py.core.edges.packed import pack_pose, unpack_pose
 from tf_tree_py.core.messages.sample import (
     admitted,
