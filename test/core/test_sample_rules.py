@@ -91,8 +91,8 @@ def message(sec, nanosec, parent='map', **rest):
 
 
 @pytest.mark.parametrize(('sec', 'nanosec', 'stamp'), [
-    (0, 0, 0), (3, 4, 3_000_000_004), (-1, 999_999_999, -1), (np.int32(2**31 - 1), np.uint32(5),
-                                                             (2**31 - 1) * 10**9 + 5)],
+    (0, 0, 0), (3, 4, 3_000_000_004), (-1, 999_999_999, -1),
+    (np.int32(2**31 - 1), np.uint32(5), (2**31 - 1) * 10**9 + 5)],
     ids=['zero', 'small', 'negative', 'of numpy'])
 def test_stamp_of_a_message_is_its_seconds_and_nanoseconds(sec, nanosec, stamp):
     got = message_stamp(message(sec, nanosec))
