@@ -26,9 +26,6 @@ IDENTITY: PoseTuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 # rounding.
 HALF_TURN: Final = 1e-15
 
-# Smaller integers are exact as floats.
-_EXACT: Final = 2 ** 53
-
 
 def join_branches(top_T_source: list[PoseTuple], top_T_target: list[PoseTuple]) -> PoseTuple:
     """
@@ -108,9 +105,8 @@ def between_samples(pair: _PosePair, stamp: int, first: int, last: int) -> PoseT
         aqx, aqy, aqz, aqw = through_tf2_matrix((aqx, aqy, aqz, aqw))
         bqx, bqy, bqz, bqw = through_tf2_matrix((bqx, bqy, bqz, bqw))
         cosine = aqx * bqx + aqy * bqy + aqz * bqz + aqw * bqw
-    passed, interval = stamp - first, last - first
-    # Python rounds the quotient of two large integers; C rounds the integers before it divides.
-    ratio = passed / interval if interval < _EXACT else float(passed) / float(interval)
+    # Of floats, as in C, which rounds large integers before it divides.
+    ratio = 1.0 * (stamp - first) / (last - first)
     left = 1.0 - ratio
     one, other = slerp_weights(cosine, ratio, True)
     return (

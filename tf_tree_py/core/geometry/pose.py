@@ -168,16 +168,17 @@ def result_of(ufunc: np.ufunc, method: str, inputs: Sequence[object],
         if options not in ({}, _OF_IMATMUL):
             raise TypeError('for poses, np.matmul has no option but out')
         made = _matmul(*inputs)
-        if outs:
-            np.asarray(outs[0])[...] = made
+        for out in outs:
+            np.asarray(out)[...] = made
     else:
         if outs:
             options['out'] = tuple(map(_plain, outs))
         made = getattr(ufunc, method)(*map(_plain, inputs), **options)
     # Not the memory of ``out``: after `poses += 1`, the name still stands for poses.
-    if len(outs) < 2:
-        return outs[0] if outs else made
-    return tuple(part if out is None else out for out, part in zip(outs, made, strict=True))
+    if len(outs) > 1:
+        return tuple(part if out is None else out for out, part in zip(outs, made, strict=True))
+    (given,) = outs or (made,)
+    return given
 
 
 def _matmul(left: object, right: object) -> 'Pose | Poses | Array':
@@ -199,20 +200,18 @@ def product(a_T_b: Array, other: object) -> Poses | Array:
     :raises ValueError: the operand is neither, or there is not one for each pose.
     """
     array = array_of(other)
-    shape = None if array is None else array.shape
-    if array is None or shape is None or not (
-            shape[-1:] in ((3,), (7,)) or shape[-2:] == (4, 4)):
-        raise ValueError(_refusal(other, shape))
+    if array is None or not (array.shape[-1] in (3, 7) or array.shape[-2:] == (4, 4)):
+        raise ValueError(_refusal(other, array))
     try:
-        if shape[-1] == 3:
+        if array.shape[-1] == 3:
             return se3.apply_many(a_T_b, array)
         return Poses(se3.compose_many(a_T_b, _sevens(array)))
     except ValueError as error:
         if 'broadcast' not in str(error):
             raise
         raise ValueError(
-            f'{a_T_b.shape} poses and {shape} do not match: pass one for each pose, or one for '
-            'all') from None
+            f'{a_T_b.shape} poses and {array.shape} do not match: pass one for each pose, or one '
+            'for all') from None
 
 
 def _poses_of(given: object) -> Array:
@@ -222,7 +221,7 @@ def _poses_of(given: object) -> Array:
     :raises ValueError: not a pose, or a matrix that is not a rigid transform.
     """
     array = array_of(given)
-    if array is None or not (array.shape[-1:] == (7,) or array.shape[-2:] == (4, 4)):
+    if array is None or not (array.shape[-1] == 7 or array.shape[-2:] == (4, 4)):
         shape = '' if array is None else f' of the shape {array.shape}'
         raise ValueError('the left operand of @ must be poses (..., 7) or matrices (..., 4, 4), '
                          f'not a {type(given).__name__}{shape}')
@@ -233,12 +232,13 @@ def _sevens(array: Array) -> Array:
     return array if array.shape[-1] == 7 else se3.from_matrix_many(array)
 
 
-def _refusal(other: object, shape: tuple[int, ...] | None) -> str:
-    if shape is not None and shape[-1:] == (4,):
-        return (f'{_WHAT}. The shape {shape} is that of homogeneous points: pass their first '
-                'three numbers, points[..., :3]')
-    had = f'a {type(other).__name__}' if shape is None else f'the shape {shape}'
-    return f'{_WHAT}, and not {had}'
+def _refusal(other: object, array: Array | None) -> str:
+    if array is None:
+        return f'{_WHAT}, and not a {type(other).__name__}'
+    if array.shape[-1] == 4:
+        return (f'{_WHAT}. The shape {array.shape} is that of homogeneous points: pass their '
+                'first three numbers, points[..., :3]')
+    return f'{_WHAT}, and not the shape {array.shape}'
 
 
 # --- one pose

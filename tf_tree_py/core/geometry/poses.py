@@ -98,9 +98,9 @@ def checked_poses(given: object) -> Array:
     array = array_of(given)
     if array is None and not isinstance(given, str) and hasattr(given, '__iter__'):
         return np.array([checked_pose(pose) for pose in given])
-    if array is not None and array.ndim == 3 and array.shape[1:] == (4, 4):
+    if array is not None and array.shape[1:] == (4, 4):
         return _from_matrices(array)
-    if array is None or array.ndim != 2 or array.shape[1] != 7:
+    if array is None or array.shape[1:] != (7,):
         _refuse('poses are (N, 7) numbers or (N, 4, 4) matrices: ', given, array, 1)
     return np.ascontiguousarray(array)
 
@@ -109,7 +109,7 @@ def is_sound(pose: PoseTuple) -> bool:
     """Return whether a pose is finite and its quaternion has unit length."""
     x, y, z, qx, qy, qz, qw = pose
     # The comparison is also False for NaN and infinity.
-    excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * (x + y + z)
+    excess = qx * qx + qy * qy + qz * qz + qw * qw - 1.0 + 0.0 * x * y * z
     return -_UNIT_TOLERANCE < excess < _UNIT_TOLERANCE
 
 
@@ -133,9 +133,9 @@ def judged(poses: Array) -> tuple[Array, Mask]:
         largest = np.abs(q).max(axis=1)
         scaled = q / largest[:, None]
         sizes = np.sqrt(np.einsum('ij,ij->i', scaled, scaled))
-        good = np.isfinite(poses).all(axis=1) & (largest > 0.0) & np.isfinite(largest * sizes)
+        good = np.isfinite(poses).all(axis=1) & np.isfinite(largest * sizes)
     unit = poses.copy()
-    rough = good & ~(np.abs(excess) < _UNIT_TOLERANCE)
+    rough = good & (np.abs(excess) >= _UNIT_TOLERANCE)
     unit[rough, 3:] = scaled[rough] / sizes[rough, None]
     return unit, good
 

@@ -72,7 +72,7 @@ def conjugate(q: Four[Number]) -> Four[Number]:
 
 def conjugate_many(q: Array) -> Array:
     """Return the inverse rotations of unit quaternions (..., 4)."""
-    return np.asarray(q * np.array([-1.0, -1.0, -1.0, 1.0]))
+    return np.concatenate([-q[..., :3], q[..., 3:]], axis=-1)
 
 
 def rotate(q: Four[Number], v: Three[Number]) -> Three[Number]:
@@ -121,8 +121,8 @@ def has_tf2_sign(x: float, y: float, z: float, w: float) -> bool:
     if w < -0.5:
         return False
     if x * x < y * y:
-        return z >= 0.0 if y * y < z * z else y >= 0.0
-    return z >= 0.0 if x * x < z * z else x >= 0.0
+        x = y
+    return (z if x * x < z * z else x) > 0.0
 
 
 def with_tf2_sign(q: Quaternion) -> Quaternion:
@@ -178,14 +178,18 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 def slerp_many(a: Array, b: Array, ratio: Array, as_tf2: bool = False) -> Array:
     """Interpolate (..., 4) with (..., 4) at ratios (...); ``as_tf2`` as in ``slerp_weights``."""
-    # The order of the sum is that of the scalar form: the last bit decides whether it is one.
-    x, y, z, w = (a[..., i] * b[..., i] for i in range(4))
-    cosine = x + y + z + w
-    if as_tf2 and is_half_turn(cosine).any():
-        a, b = (_through_tf2_matrices(each, is_half_turn(cosine)) for each in (a, b))
-        return slerp_many(a, b, ratio)
+    cosine = _dot_many(a, b)
+    if as_tf2 and (chosen := is_half_turn(cosine)).any():
+        a, b = (_through_tf2_matrices(each, chosen) for each in (a, b))
+        cosine = _dot_many(a, b)
     first, second = slerp_weights_many(cosine, ratio, as_tf2)
     return np.asarray(first[..., None] * a + second[..., None] * b)
+
+
+def _dot_many(a: Array, b: Array) -> Array:
+    # The order of the sum is that of the scalar form: the last bit decides whether it is one.
+    x, y, z, w = columns(a * b)
+    return np.asarray(x + y + z + w)
 
 
 def _through_tf2_matrices(q: Array, chosen: Mask) -> Array:
@@ -198,8 +202,7 @@ def exp(rotation_vector: Vector3) -> Quaternion:
     """Return the rotation about a vector by its length in radians."""
     x, y, z = rotation_vector
     angle = math.hypot(x, y, z)
-    # sin(a/2)/a; its series below 1e-3 rad, where the next term is 3e-16.
-    scale = math.sin(0.5 * angle) / angle if angle > 1e-3 else 0.5 - angle * angle / 48.0
+    scale = math.sin(0.5 * angle) / angle if angle else 0.5
     return (scale * x, scale * y, scale * z, math.cos(0.5 * angle))
 
 
@@ -210,11 +213,9 @@ def exp_many(rotation_vectors: Array) -> Array:
 
 def exp_columns(x: Array, y: Array, z: Array) -> tuple[Array, Array, Array, Array]:
     """Return the same as ``exp_many``, with a separate array (...) for each coordinate."""
-    square = x * x + y * y + z * z
-    large = square > 1e-6
-    safe = np.sqrt(np.where(large, square, 1.0))
-    scale = np.where(large, np.sin(0.5 * safe) / safe, 0.5 - square / 48.0)
-    return scale * x, scale * y, scale * z, np.cos(0.5 * np.sqrt(square))
+    angle = np.sqrt(x * x + y * y + z * z)
+    scale = np.divide(np.sin(0.5 * angle), angle, out=np.full_like(angle, 0.5), where=angle > 0.0)
+    return scale * x, scale * y, scale * z, np.cos(0.5 * angle)
 
 
 def log(q: Quaternion) -> Vector3:
@@ -224,7 +225,7 @@ def log(q: Quaternion) -> Vector3:
         x, y, z, w = -x, -y, -z, -w
     sine = math.hypot(x, y, z)
     # angle/sin(angle/2); atan2 has full precision at both ends.
-    scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
+    scale = 2.0 * math.atan2(sine, w) / sine if sine else 2.0
     return (scale * x, scale * y, scale * z)
 
 
@@ -236,9 +237,9 @@ def log_many(q: Array) -> Array:
 def log_columns(x: Array, y: Array, z: Array, w: Array) -> tuple[Array, Array, Array]:
     """Return the same as ``log_many``, with a separate array (...) for each coordinate."""
     sine = np.sqrt(x * x + y * y + z * z)
-    known = sine > 1e-12
+    scale = np.divide(2.0 * np.arctan2(sine, np.abs(w)), sine, out=np.full_like(sine, 2.0),
+                      where=sine > 0.0)
     # Use -q if w is negative.
-    scale = np.where(known, 2.0 * np.arctan2(sine, np.abs(w)) / np.where(known, sine, 1.0), 2.0)
     scale = np.where(w < 0.0, -scale, scale)
     return scale * x, scale * y, scale * z
 
@@ -302,7 +303,7 @@ def from_matrix_many(matrices: Array) -> Array:
         axis=-2,
     )
     largest = np.argmax(np.einsum('...ii->...i', products), axis=-1)[..., None, None]
-    q = np.take_along_axis(products, largest, axis=-2)[..., 0, :]
+    q = np.squeeze(np.take_along_axis(products, largest, axis=-2), axis=-2)
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     return np.asarray(np.where(q[..., 3:] < 0.0, -q, q))
 
