@@ -95,7 +95,7 @@ def join(module: str, classes: Iterable[type[JoinableException]]) -> None:
     :param classes: our classes, base classes first.
     """
     theirs = sys.modules.get(module)
-    if theirs is None or theirs is _joined.get(module):
+    if theirs is _joined.get(module):
         return
     if not all(hasattr(theirs, ours.__name__) for ours in classes):
         return  # It is still being imported.
@@ -288,12 +288,13 @@ def warn(text: str, category: type[Warning] = UserWarning) -> None:
     ``skip_file_prefixes`` of Python 3.12 does the same. A ``stacklevel`` would be wrong for each
     caller that is a function nearer or further away.
     """
-    frame = sys._getframe(1)
+    frame = sys._getframe()
     while frame.f_back is not None and _is_between(frame):
         frame = frame.f_back
     names = frame.f_globals
     warnings.warn_explicit(text, category, frame.f_code.co_filename, frame.f_lineno,
-                           names.get('__name__'), names.setdefault('__warningregistry__', {}))
+                           names.get('__name__', '<string>'),
+                           names.setdefault('__warningregistry__', {}))
 
 
 def _is_between(frame: FrameType) -> bool:

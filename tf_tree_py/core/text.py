@@ -52,7 +52,7 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
     if len(name) > _MAX_LENGTH:
         return None
     candidates = [other for other in list(names)[:_MAX_NAMES] if len(other) <= _MAX_LENGTH]
-    found = difflib.get_close_matches(name, candidates, 1)
+    found = difflib.get_close_matches(name, candidates)
     return found[0] if found else None
 
 

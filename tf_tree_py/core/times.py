@@ -98,26 +98,30 @@ def checked_stamps(stamps: StampsLike,
     if array.ndim != 1:
         raise InvalidArgumentException(
             f'stamps must be integer nanoseconds of shape (N,), not of shape {array.shape}')
+    if not len(array):
+        return np.zeros(0, np.int64)
     if array.dtype.kind == 'M':
         return _from_datetimes(array)
     if array.dtype.kind == 'O':  # times with a time zone, for one
         array = np.array([one(stamp) for stamp in array], dtype=object)
-    elif array.dtype.kind not in 'iu' and len(array):
+    elif array.dtype.kind not in 'iu':
         raise ArgumentTypeException(_gap(array) or (
             f'stamps are integer nanoseconds, not {array.dtype}: a float64 of seconds would be '
             f'off by 200 ns. {_HOW}'))
-    if array.dtype.kind == 'u' and len(array):
+    if array.dtype.kind == 'u':
         checked_stamp(array.max())
     return array.astype(np.int64)
 
 
 def _gap(array: npt.NDArray[np.generic]) -> str:
     """Return a sentence if an array was one of integers before some went missing, else ''."""
-    missing = np.isnan(array) if array.dtype.kind == 'f' else np.zeros(0, dtype=bool)
-    given = array[~missing] if missing.any() else array[:0]
-    if not len(given) or not (given == np.rint(given)).all():
+    if array.dtype.kind != 'f':
         return ''
-    return (f'stamps are integers with missing values: {int(missing.sum())} of {len(array)} are '
+    given = array[~np.isnan(array)]
+    missing = len(array) - len(given)
+    if not 0 < missing < len(array) or (given != np.rint(given)).any():
+        return ''
+    return (f'stamps are integers with missing values: {missing} of {len(array)} are '
             f'NaN, which turned them into {array.dtype}, which cannot hold nanoseconds. Read the '
             "column as 'Int64' (pandas), drop the gaps, and convert it to 'int64'")
 
@@ -145,9 +149,9 @@ def _from_datetimes(array: npt.NDArray[np.datetime64]) -> Stamps:
                 f'stamps are whole nanoseconds, and some {array.dtype} lie between two: round '
                 "them, for example with .astype('datetime64[ns]')")
         return np.array([stamp for stamp, _ in exact], dtype=np.int64)
-    factor = _UNITS.get(unit, 1) * count  # an empty array may have no unit
+    factor = _UNITS[unit] * count
     largest = (FOREVER - 1) // factor
-    if len(numbers) and not -largest <= numbers.min() <= numbers.max() <= largest:
+    if not -largest <= numbers.min() <= numbers.max() <= largest:
         raise InvalidArgumentException(
             f'stamps are nanoseconds since 1970 in 64 bits, which end in 2262: some {array.dtype} '
             'are further away')
