@@ -71,7 +71,12 @@ def assert_runs(code):
 
 
 def test_classes_of_a_tf2_that_was_imported_before_catch_ours():
-    assert_runs('tf2_py = make_tf2_py()\n' + CAUGHT + '\ncheck(tf2_py)')
+    assert_runs('tf2_py = make_tf2_py()\n' + CAUGHT + """
+# Before any is made, too.
+assert issubclass(errors.TimeoutException, tf2_py.TimeoutException)
+check(tf2_py)
+assert errors.LookupException.__bases__ == (errors.TransformException, tf2_py.LookupException)
+""")
 
 
 def test_classes_of_a_tf2_that_was_imported_later_catch_ours():
@@ -108,8 +113,11 @@ assert errors.LookupException.__bases__ == (errors.TransformException,)
 
 def test_tf2_that_is_being_imported_is_met_again_when_it_is_there():
     assert_runs(CAUGHT + """
-sys.modules['tf2_py'] = types.ModuleType('tf2_py')
+half = sys.modules['tf2_py'] = types.ModuleType('tf2_py')
 errors.LookupException('made meanwhile')
+half.TransformException = type('TransformException', (Exception,), {})
+errors.LookupException('made meanwhile')
+assert not issubclass(errors.LookupException, half.TransformException)
 check(make_tf2_py())
 """)
 

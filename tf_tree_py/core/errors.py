@@ -79,7 +79,7 @@ class JoinableException(Exception):
 
 
 # The modules whose classes are bases of ours, by name.
-_joined: dict[str, ModuleType] = {}
+_joined: dict[str, ModuleType | None] = {}
 
 
 def join(module: str, classes: Iterable[type[JoinableException]]) -> None:
