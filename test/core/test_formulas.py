@@ -222,6 +222,8 @@ def test_roll_is_left_out_closer_to_gimbal_lock_than_1e_12(away, roll, tolerance
         assert found == pytest.approx(roll, abs=tolerance)
         assert pitch == pytest.approx(sign * math.pi / 2, abs=1e-11)
         assert yaw - sign * found == pytest.approx(0.5 - sign * 0.3, abs=1e-13)
+        # At exactly this distance, roll is still defined.
+        assert so3.as_rpy((1e-12, sign * HALF, 0.0, HALF))[0] == pytest.approx(math.pi / 2)
 
 
 # --- signs
@@ -279,6 +281,8 @@ def test_matrix_may_differ_from_a_rotation_by_a_millionth():
         for diagonal in ([1.0, math.sqrt(1.0 + excess), 1.0], [1.0, 1.0, math.sqrt(1.0 + excess)]):
             with pytest.raises(ValueError, match='differs from I by more than 1e-6'):
                 so3.from_matrix(np.diag(diagonal))
+    with pytest.raises(ValueError, match='differs from I'):
+        so3.from_matrix([[1.0, 1e-6, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 def test_last_row_of_a_matrix_may_differ_by_a_billionth():
