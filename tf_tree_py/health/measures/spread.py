@@ -48,11 +48,9 @@ class Sampled(Generic[_Number]):
         """Add (N, ...) rows, in order."""
         places = np.arange(self.count, self.count + len(rows)) * _GOLDEN % 1.0
         self.count += len(rows)
-        if self._every > 1:
-            chosen = places < 1.0 / self._every
-            rows, places = rows[chosen], places[chosen]
-        self.kept = np.concatenate([self.kept, rows])
-        self._places = np.concatenate([self._places, places])
+        chosen = places < 1.0 / self._every
+        self.kept = np.concatenate([self.kept, rows[chosen]])
+        self._places = np.concatenate([self._places, places[chosen]])
         while len(self.kept) > 2 * _KEPT:
             self._every *= 2
             chosen = self._places < 1.0 / self._every

@@ -10,7 +10,6 @@ Neither has lone stamps.
 """
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -106,7 +105,7 @@ class Timing:
     :ivar disorders: steps to an older stamp from which the following stamps do not continue.
     :ivar jumps: steps back from which the stamps continue; ``back`` is the longest of these.
     :ivar whole_seconds: the number of stamps without a fraction of a second.
-    :ivar frozen: the longest run of samples without a newer stamp.
+    :ivar frozen: the longest run of samples without a newer stamp; the last of several.
     :ivar ahead: how far one stamp, or a few, were ahead of those before and after, at most.
     :ivar run: the present run.
     :ivar steps: of the publisher's clock.
@@ -120,8 +119,10 @@ class Timing:
         self.duplicates = self.differing = self.disorders = self.jumps = self.back = 0
         self.frozen = Run()
         self.steps: list[ClockStep] = []
-        # The arrival of the first sample of the present run.
-        self._run_begin, self.run = 0, Run()
+        self.run = Run()
+        # The arrival of the first sample of the present run, and the stamp of the last.
+        self._run_begin: int
+        self._stamp: int
 
     @property
     def timed(self) -> int:
@@ -142,7 +143,7 @@ class Timing:
     def interval(self) -> float:
         """Return the usual interval between stamps; 0 with fewer than two samples."""
         stamps = self.pairs.kept[:, 1]
-        if self.intervals.count >= _FEW or len(stamps) < 2:
+        if self.intervals.count >= _FEW or not len(stamps):
             return self.intervals.median
         # The median of a few irregular intervals is often much too short.
         return max(self.intervals.median, mean_interval(int(np.ptp(stamps)), len(stamps)))
@@ -179,27 +180,28 @@ class Timing:
 
     def _add_runs(self, received: Stamps, stamps: Stamps) -> None:
         """Measure how long no newer stamp came."""
+        newest = int(stamps[-1])
         if stamps[0] > self.run.stamp and (stamps[1:] > stamps[:-1]).all():
             # The common case: every stamp is newer than the one before.
-            self._run_begin, self.run = int(received[-1]), Run(1, 0, int(stamps[-1]))
+            self._run_begin, self._stamp, self.run = int(received[-1]), newest, Run(1, 0, newest)
             return
-        jumps = [0, *(np.flatnonzero(np.diff(stamps) < -_ALIKE) + 1).tolist(), len(stamps)]
-        if 0 <= self.run.stamp - stamps[0] <= _ALIKE:
-            stamps = np.concatenate([[self.run.stamp], stamps[1:]])
-        stamps = np.concatenate([np.maximum.accumulate(stamps[begin:end])
-                                 for begin, end in pairwise(jumps)])
+        if not self.run.samples:
+            self._run_begin, self._stamp = int(received[0]), int(stamps[0])
+            self.run = Run(stamp=self._stamp)
+        # The present run continues, or ends here.
+        back = np.flatnonzero(np.diff(stamps, prepend=self._stamp) < -_ALIKE) + 1
+        received = np.concatenate([[self._run_begin], received])
+        parts = np.split(np.concatenate([[self.run.stamp], stamps]), back)
+        stamps = np.concatenate([np.maximum.accumulate(part) for part in parts])
         begins = np.concatenate([[0], np.flatnonzero(np.diff(stamps)) + 1])
         lasts = np.concatenate([begins[1:], [len(stamps)]]) - 1
-        begun, counts = received[begins], lasts - begins + 1
-        if self.run.samples and int(stamps[0]) == self.run.stamp:
-            begun[0], counts[0] = self._run_begin, counts[0] + self.run.samples
-        spans = received[lasts] - begun
-        longest = int(spans.argmax())
-        if spans[longest] > self.frozen.span:
-            self.frozen = Run(int(counts[longest]), int(spans[longest]),
-                              int(stamps[begins[longest]]))
-        self._run_begin = int(begun[-1])
-        self.run = Run(int(counts[-1]), int(spans[-1]), int(stamps[-1]))
+        counts, spans = lasts - begins + 1, received[lasts] - received[begins]
+        counts[0] += self.run.samples - 1
+        runs = [Run(int(counts[place]), int(spans[place]), int(stamps[begins[place]]))
+                for place in (-1 - spans[::-1].argmax(), -1)]
+        if runs[0].span >= max(self.frozen.span, 1):
+            self.frozen = runs[0]
+        self._run_begin, self._stamp, self.run = int(received[begins[-1]]), newest, runs[1]
 
     def add_steps(self, steps: Steps) -> None:
         """Add steps; the first and the last two serve only to judge their neighbours."""
@@ -290,14 +292,14 @@ def far_steps(received: Stamps, stamps: Stamps) -> FarSteps:
     known = np.flatnonzero(received > 0)
     moments = stamps[known].astype(float)
     steps = np.diff(moments)
-    if not len(steps) or np.abs(steps).max() <= _FAR:
+    if np.abs(steps).max(initial=_FAR) <= _FAR:
         return FarSteps()
     far = _far(steps, np.abs(np.diff(received[known].astype(float))))
     between, ends = _between(moments, far), _ends(far)
     if len(between) + len(ends) > max(1.0, _MOST * len(moments)):
         return FarSteps(others=True)
     # The step at the last place is the one before it.
-    back = steps[np.minimum(ends, len(steps) - 1)] < 0.0
+    back = np.signbit(steps[np.minimum(ends, len(steps) - 1)])
     return FarSteps(known[between], known[ends], bool(back.any()),
                     int(far.sum()) > 2 * len(between) + len(ends))
 
