@@ -61,8 +61,7 @@ def arrival_step(timings: Sequence[Timing]) -> ArrivalStep | None:
     stamps instead. In a simulation, a pause looks the same, so at least one part needs stamps of
     the same clock.
     """
-    pairs = [_in_order(timing) for timing in timings]
-    pairs = [each for each in pairs if len(each[0]) >= 2 * _BESIDE]
+    pairs = [_in_order(timing) for timing in timings if timing.pairs.count]
     found = [step for received, stamps in pairs
              if (step := _step_of(received, stamps)) is not None]
     if not found:
@@ -72,11 +71,12 @@ def arrival_step(timings: Sequence[Timing]) -> ArrivalStep | None:
     return step if moved and all(_shows(step, *each) for each in pairs) else None
 
 
-def _moves_arrivals(timing: Timing, step: float) -> bool:
+def _moves_arrivals(timing: Timing, step: int) -> bool:
     """Return whether arrivals jumped forward, or stamps overlap in order of arrival."""
+    forward = step == abs(step)
     if timing.waits.most > 0.5 * abs(step):
-        return step > 0.0 or timing.jumps > 0
-    return step < 0.0 and (timing.disorders > 0 or timing.waits.least < 0.0)
+        return forward or timing.jumps > 0
+    return not forward and (timing.disorders > 0 or timing.waits.least < 0.0)
 
 
 def _in_order(timing: Timing) -> tuple[Stamps, Stamps]:
@@ -88,11 +88,12 @@ def _in_order(timing: Timing) -> tuple[Stamps, Stamps]:
 
 def _step_of(received: Stamps, stamps: Stamps) -> ArrivalStep | None:
     """Return where the delays of one edge change most, if they are steady before and after."""
-    place = int(np.abs(np.diff(received - stamps)).argmax()) + 1
-    step, varies = _change(received - stamps, place)
+    delays = received - stamps
+    place = int(np.abs(np.diff(delays, prepend=delays[:1])).argmax())
+    step, varies = _change(delays, place)
     if abs(step) < max(_SMALLEST, _TIMES * varies):
         return None
-    before, after = (abs(median(part)) for part in np.split(received - stamps, [place]))
+    before, after = (abs(median(part)) for part in np.split(delays, [place]))
     if min(before, after) > ANOTHER_CLOCK:
         return None
     return ArrivalStep(int(stamps[place - 1]), int(received[:place].max()), round(step),
@@ -124,7 +125,7 @@ _SEVERAL, _PART, _A_FEW = 16, 0.25, 3
 # The paces of synchronised clocks differ by less than this part.
 _SAME_PACE = 0.02
 # A drift smaller than this, nanoseconds, or than twice the variation of the delays, is ignored.
-_NO_DRIFT = 250_000_000
+_NO_DRIFT = from_seconds(0.25)
 # At most this many straight pieces, of at least this many samples each, describe the change of
 # the pace.
 _PIECES, _SAMPLES = 64, 16
@@ -152,10 +153,8 @@ class _Line:
 
     def measure(self, span: float) -> None:
         """Measure the pace, if the samples cover a large enough part of a span."""
-        slopes = self.slopes()
-        if (len(self.received) >= _SEVERAL and np.ptp(self.received) >= _PART * span
-                and len(slopes)):
-            self.pace = 1.0 + median(slopes)
+        if len(self.received) >= _SEVERAL and np.ptp(self.received) >= _PART * span:
+            self.pace = 1.0 + median(self.slopes())
 
     def slopes(self) -> Array:
         """Return how fast the lead grew, between pairs of samples."""
@@ -194,27 +193,25 @@ class Timebase:
     :ivar pace: of the stamps, if the clocks differ.
     """
 
-    def __init__(self, timings: Sequence[Timing], step: ArrivalStep | None = None) -> None:
+    def __init__(self, timings: Sequence[Timing], step: ArrivalStep | None) -> None:
         """
         Compare the stamps with the arrivals.
 
         :param timings: of edges with both.
-        :param step: of the clock of the arrivals.
+        :param step: of the clock of the arrivals; None: it made none.
         """
         self._step = step
         self.clocks: list[tuple[list[int], float]] = []
         self.differs, self.pace = False, 1.0
-        self._begin = min((int(timing.pairs.kept[:, 0].min()) for timing in timings), default=0)
+        self._begin = min((timing.first for timing in timings), default=0)
         lines = [_Line(timing, self._begin, step) for timing in timings]
-        self._moment = self._lead = 0.0
         self._knots = self._shape = np.zeros(1)
         if not lines:
             return
         times = np.concatenate([line.received for line in lines])
         for line in lines:
             line.measure(float(np.ptp(times)))
-        self._moment = median(times)
-        self._sort(lines)
+        self._sort(lines, median(times))
         alike = [lines[place] for place in self.clocks[0][0]]
         # A clock that was set does not show the pace of time, nor the time, unless most were set.
         unset = [line for line in alike if not line.timing.steps]
@@ -224,20 +221,20 @@ class Timebase:
         if self.differs:
             own = [median(line.lead - self._leads(line.received)) for line in unset]
             # An edge that leads is post-dated; so of two, the one behind shows the time.
-            self._lead = float(np.percentile(own, 50, method='lower'))
+            self._shape = self._shape + sorted(own)[(len(own) - 1) // 2]
 
-    def _sort(self, lines: Sequence[_Line]) -> None:
+    def _sort(self, lines: Sequence[_Line], moment: float) -> None:
         """Group the edges by clock: by what their stamps would have been at one moment."""
         foreign = [line.pace for line in lines if line.pace is not None
-                   and abs(line.lead_at(self._moment, line.pace)) > ANOTHER_CLOCK]
+                   and abs(line.lead_at(moment, line.pace)) > ANOTHER_CLOCK]
         usual = median(foreign) if foreign else 1.0
         leads = []
         for line in lines:
-            own = line.lead_at(self._moment, 1.0)
+            own = line.lead_at(moment, 1.0)
             pace = line.pace if line.pace is not None else (
                 usual if abs(own) > ANOTHER_CLOCK else 1.0)
-            leads.append(line.lead_at(self._moment, pace))
-        groups = grouped(np.argsort(leads).tolist(), lambda group, place: (
+            leads.append(line.lead_at(moment, pace))
+        groups = grouped(np.argsort(leads, kind='stable').tolist(), lambda group, place: (
             leads[place] - leads[group[-1]] <= ANOTHER_CLOCK))
         self.clocks = [(group, -median([leads[place] for place in group]))
                        for group in sorted(groups, key=len, reverse=True)]
@@ -245,7 +242,7 @@ class Timebase:
     def _fit(self, lines: Sequence[_Line]) -> None:
         """Fit the clock of some edges to that of the arrivals."""
         self.pace = _pace_of(lines)
-        rests = [line.lead - (self.pace - 1.0) * (line.received - self._moment) for line in lines]
+        rests = [line.lead - (self.pace - 1.0) * line.received for line in lines]
         if abs(self.clocks[0][1]) <= ANOTHER_CLOCK and not self._drifts(lines, rests):
             self.pace = 1.0
             return
@@ -294,5 +291,5 @@ class Timebase:
         return float(np.diff(times + self._leads(times))[0])
 
     def _leads(self, times: Array) -> Array:
-        leads: Array = self._lead + (self.pace - 1.0) * (times - self._moment)
-        return leads + self._bend(times)
+        leads: Array = (self.pace - 1.0) * times + self._bend(times)
+        return leads
