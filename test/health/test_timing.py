@@ -14,7 +14,7 @@ from tf_tree_py.health.measures.timing import clock_steps, ClockStep, Run, Timin
 
 MS, SECOND = 10**6, 10**9
 # How far the stamps advance: regularly, little, back by the limits of what is alike and of a jump.
-ADVANCES = [20 * MS, 20 * MS, 20 * MS, 0, 1, -5 * MS, -10 * MS, -10 * MS - 1, 500 * MS,
+ADVANCES = [20 * MS, 20 * MS, 20 * MS, 0, 1, -1, -5 * MS, -10 * MS, -10 * MS - 1, 500 * MS,
             500 * MS - 1, -SECOND, -SECOND - 1, 1 - SECOND, 2 * SECOND, 2 * SECOND + 1,
             -4 * SECOND, -4 * SECOND - 1, 4 * SECOND]
 WAITS = [20 * MS, 20 * MS, 20 * MS, 0, 1, 300 * MS, 500 * MS, -100 * MS]
@@ -126,7 +126,8 @@ def test_measures_are_those_of_a_loop_over_the_samples(seed, kinds, begin):
     rng = np.random.default_rng(seed)
     for count, sizes, some in ((5, [1, 2, 5], rng.choice(ADVANCES, kinds)),
                                (30, [4, 7, 60], rng.choice(ADVANCES, kinds)),
-                               (9, [3, 9], np.array([20 * MS, 20 * MS, 0]))):
+                               (9, [3, 9], np.array([20 * MS, 20 * MS, 0])),
+                               (9, [9], np.array([20 * MS, -1]))):
         stamps = begin + np.cumsum(rng.choice(some, count))
         # The clock of the arrivals goes back only where no stamp is repeated.
         waits = WAITS if (some > 0).all() else WAITS[:-1]

@@ -222,11 +222,10 @@ class Timing:
         onward = (time > 0) & (after > np.minimum(-JUMP, -time // 2))
         self._add_intervals(steps.stamps[JUDGED][onward], time[onward])
         self.disorders += int(np.count_nonzero((time < 0) & ~back | late))
-        self.ahead = max(self.ahead, -int(time[ahead & ~late].min(initial=0)))
+        self.ahead = -int(time[ahead & ~late].min(initial=-self.ahead))
         jumps = back & ~late & ~ahead
-        if jumps.any():
-            self.jumps += int(np.count_nonzero(jumps))
-            self.back = max(self.back, -int(time[jumps].min()))
+        self.jumps += int(np.count_nonzero(jumps))
+        self.back = -int(time[jumps].min(initial=-self.back))
 
     def _add_intervals(self, stamps: Stamps, intervals: npt.NDArray[np.int64]) -> None:
         if len(intervals) and intervals.max() > self.intervals.most:
