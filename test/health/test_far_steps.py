@@ -200,7 +200,7 @@ def test_places_count_the_samples_whose_arrival_is_not_known():
 # --- several edges
 
 def edge(*, first=0, middle=0, last=0, later=0):
-    """Return an edge, and add seconds to its first, a middle and its last stamp, or half of all."""
+    """Return an edge, with seconds added to three of its stamps, and to all of the last third."""
     received, stamps = regular(100)
     stamps[[0, 50, 99]] += SECOND * np.array([first, middle, last])
     stamps[70:] += later * SECOND

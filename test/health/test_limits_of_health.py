@@ -5,8 +5,8 @@
 
 from dataclasses import asdict
 
-from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 from tf_tree_py.health.measures.thresholds import Thresholds
+from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 
 
 def test_limits_without_options():

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The measures of stamps and arrivals are those of a loop over the samples, in blocks of any size."""
+"""The measures of stamps and arrivals are those of a loop over samples, in blocks of any size."""
 
 from hypothesis import given, strategies as st
 from inputs import for_each
@@ -29,7 +29,7 @@ def rows_of(received, stamps):
 
 def naive_runs(received, stamps):
     """Return the longest run without a newer stamp, and the present one."""
-    longest = run = Run()
+    longest, run, begin = Run(), Run(), 0
     for place, (arrival, stamp) in enumerate(zip(received, stamps, strict=True)):
         back = place and stamp < stamps[place - 1] - 10 * MS
         if run.samples and stamp <= run.stamp and not back:
