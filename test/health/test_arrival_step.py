@@ -83,7 +83,8 @@ def test_step_of_the_arrivals_is_that_of_loops(seed):
             for _ in range(rng.choice([0, 1, 1, 2, 3]))))
 
 
-@for_each(case=[(3.0, 0.0, False), (3.0, 2.0, True), (-3.0, 0.0, False), (-3.0, -2.0, True)])
+@for_each(case=[(3.0, 0.0, False), (3.0, 2.0, True), (3.0, 1.51, False),
+                (-3.0, 0.0, False), (-3.0, -2.0, True)])
 def test_step_of_the_arrivals(case):
     """The clock agrees with the stamps before the step, or after it."""
     step, lead, corrects = case
