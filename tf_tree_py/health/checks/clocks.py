@@ -3,7 +3,7 @@
 
 """Checks that recognise wrong or different clocks by the stamps."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from tf_tree_py.core.messages.incidents import is_ambiguous
@@ -73,13 +73,13 @@ def clock_mixture(case: Case) -> Iterator[Remark]:
            'only at boot): lookups across the step use two different times')
 def clock_step(case: Case) -> Iterator[Remark]:
     """Find steps that all edges of one publisher make at one moment."""
-    moving = [edge for edge, _ in case.moving()]
+    if case.arrival_step is not None:
+        return  # recorder_clock reports it
+    moving = [*case.moving()]
     set_at = sorted(((edge, step) for edge, steps in case.clock_steps.items() for step in steps),
                     key=lambda each: each[1].received)
     for steps in grouped(set_at, lambda group, each: (
             each[1].received - group[0][1].received <= _TOGETHER)):
-        if case.arrival_step is not None:
-            break
         edges = list({edge.frames: edge for edge, _ in steps}.values())
         _, largest = max(steps, key=lambda each: abs(each[1].step))
         if len(edges) == len(moving) and largest.step < -_PASS:
@@ -90,22 +90,19 @@ def clock_step(case: Case) -> Iterator[Remark]:
             'their messages continued to arrive',
             {'edges': len(edges), 'step_s': largest.step / 1e9,
              'received_s': largest.received / 1e9})
-    twice = overlap(moving)
-    if twice and case.arrival_step is None:
-        edges = [edge for edge in moving if edge.moving and edge.moving.motion.turns.all]
+    if twice := overlap([each for _, each in moving]):
+        edges = [edge for edge, each in moving if each.motion.turns.all]
         yield _of_clock(
             edges, f'recorded twice for {format_span(twice)}: the clock of the sender and of '
             'the recorder was set back by as much', {'edges': len(edges),
                                                      'step_s': -twice / 1e9})
 
 
-def overlap(edges: Sequence[EdgeRecord]) -> int:
+def overlap(edges: Iterable[MovingEdge]) -> int:
     """Return how long all moving edges seem to have had two publishers, if it was short."""
-    moving = [edge.moving for edge in edges if edge.moving and edge.moving.motion.moved]
+    moving = [edge for edge in edges if edge.motion.moved]
     turning = [edge for edge in moving if edge.motion.turns.intervals]
-    if len(turning) < 2 or 2 * len(turning) < len(moving):
-        return 0
-    if not all(was_short(edge) for edge in turning):
+    if len(turning) < max(2, 0.5 * len(moving)) or not all(map(was_short, turning)):
         return 0
     begin = min(edge.motion.turns.first for edge in turning)
     end = max(edge.motion.turns.last for edge in turning)
@@ -116,8 +113,8 @@ def was_short(moving: MovingEdge) -> bool:
     """Return whether an edge alternated only once, for a small part of its time."""
     turns, timing = moving.motion.turns, moving.timing
     # During that time only, samples arrived twice as often.
-    return (timing.span > 0 and 0 < turns.last - turns.first < 0.15 * timing.span
-            and turns.all > 0.5 * (turns.last - turns.first) / max(timing.interval, 1.0))
+    twice = turns.last - turns.first
+    return 0 < twice < 0.15 * timing.span and turns.all * timing.interval > 0.5 * twice
 
 
 @check(Severity.WARNING,
@@ -172,7 +169,7 @@ def clock_drift(case: Case) -> Iterator[Remark]:
     """Find edges whose delay changes steadily, and much more than it varies."""
     for behind in (True, False):
         edges = [(edge, drift) for edge, drift in case.drifts.items()
-                 if (drift.total > 0) is behind]
+                 if (drift.slope > 0) is behind]
         if edges:
             _, worst = max(edges, key=lambda each: abs(each[1].total))
             yield _of_clock(
@@ -220,13 +217,10 @@ def clock_offset(case: Case) -> Iterator[Remark]:
 
 def _of_computation(case: Case, edges: Sequence[_Late]) -> dict[str, object]:
     """Return what differs if the computation of each sample may take that long."""
-    late = {edge for edge, _ in edges}
     senders = {name for edge, _ in edges for name in edge.authorities}
     in_time = [edge for edge, delays in case.delays.items()
-               if edge not in late and {*edge.authorities} == senders
-               and abs(delays.usual) < _AHEAD]
-    known = len(senders) == 1 and all(senders) and not any(map(is_ambiguous, senders))
-    if known and in_time:
+               if {*edge.authorities} == senders and abs(delays.usual) < _AHEAD]
+    if in_time and len(senders) == 1 and not any(map(is_ambiguous, senders)):
         return {'cause': f'their node sets these stamps too early by a constant, or takes that '
                          f'long to compute each sample. Its clock is right: it sends {in_time[0]} '
                          'in time',

@@ -100,7 +100,7 @@ _ALL = 3
 def two_publishers(case: Case) -> Iterator[Remark]:
     """Find edges of two publishers by their message numbers or by alternating values."""
     known = {frames for frames, _ in case.of_kind(Kind.TWO_PUBLISHERS)}
-    twice = overlap([edge for edge, _ in case.moving()])
+    twice = overlap(moving for _, moving in case.moving())
     seen = [(edge, moving) for edge, moving in case.moving()
             if edge.frames not in known and moving.motion.turns.intervals
             and not (twice and was_short(moving)) and not _is_of_overlap(case, moving)]
