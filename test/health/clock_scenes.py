@@ -4,6 +4,10 @@
 """Small trees with stamps and arrivals that are written out, and what the checks find in them."""
 
 import numpy as np
+from tf_tree_py.core import Pose
+from tf_tree_py.core.edges.packed import pack_pose
+from tf_tree_py.core.messages.observers import ReceivedMessage
+from tf_tree_py.core.messages.sample import Batch
 from tf_tree_py.health.checks.case import Case
 from tf_tree_py.health.checks.catalogue import CODES
 from tf_tree_py.health.measures.edge_record import EdgeRecord
@@ -14,6 +18,7 @@ from tf_tree_py.health.ros_graph import NO_GRAPH
 SECOND = 10**9
 MS = 10**6
 BEGIN = 1_700_000_000 * SECOND
+POSE = pack_pose(*Pose())
 
 
 def mixed(count=100):
@@ -102,3 +107,20 @@ def said(finding):
             finding.summary, ', '.join(
                 f'{name}={number:{".13g" if abs(number) > 1e8 else ".6g"}}'
                 for name, number in finding.evidence.items()), *own)
+
+
+# --- messages
+
+def message(*names, at=0.0, received=None, static=False, lead=0.0, slashed=(), authority=''):
+    """Return a message of edges such as ``a>b``, sent at a time, seconds."""
+    edges = [tuple(name.split('>')) for name in names]
+    stamp = BEGIN + round((at + lead) * SECOND)
+    arrived = BEGIN + round(at * SECOND) if received is None else received
+    return ReceivedMessage(Batch(edges, [stamp] * len(edges), [POSE] * len(edges), slashed),
+                           arrived, '/tf_static' if static else '/tf', static, authority)
+
+
+def stream(*names, begin=0.0, end=10.0, **how):
+    """Return messages at 10 Hz."""
+    return [message(*names, at=number / 10, **how)
+            for number in range(round(10 * begin), round(10 * end))]

@@ -61,7 +61,8 @@ def test_of_two_clocks_that_of_the_arrivals_is_right(seconds, words):
 
 def set_by(name, step, at=5.0, **how):
     """Return an edge whose clock is set by these milliseconds after some seconds."""
-    return edge_of(name, TIMES, lead=np.where(TIMES > round(at * SECOND), round(step * MS), 0), **how)
+    later = regular() > round(at * SECOND)
+    return edge_of(name, TIMES, lead=round(step * MS) * later, **how)
 
 
 @pytest.mark.parametrize(('step', 'words'), [

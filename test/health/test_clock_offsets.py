@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Delays that are constant, and stamps that are ahead: small scenes, and the limits beside them."""
+"""Delays that are constant, and stamps that are ahead, in small scenes beside each limit."""
 
 from clock_scenes import (
     case_of,
