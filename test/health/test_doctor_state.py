@@ -25,10 +25,11 @@ def doctor_of(*messages, **how):
     return doctor
 
 
-def case_of(doctor, now=0):
+def case_of(doctor, *now):
     """Return what the checks of a doctor examine."""
     seen = []
-    doctor.findings(now, [CODES['gap']._replace(look=lambda case: seen.append(case) or ())])
+    look = CODES['gap']._replace(look=lambda case: seen.append(case) or ())
+    doctor.findings(*now, checks=[look])
     return seen[0]
 
 
@@ -39,8 +40,7 @@ def test_new_doctor_has_seen_nothing():
     assert (doctor.transforms, doctor.watched, doctor.recorded) == (0, 0, False)
     assert (doctor.endpoints, doctor.graph, doctor.limits) == ((), NO_GRAPH, Thresholds())
     assert (doctor.pop_recent(), doctor.signs(), doctor.left_behind()) == ({}, [], set())
-    assert case_of(doctor).now == 0
-    assert case_of(doctor, 5).now == 5
+    assert (case_of(doctor).now, case_of(doctor, 5).now) == (0, 5)
 
 
 def test_time_is_that_from_the_first_arrival_to_the_last():
@@ -207,8 +207,8 @@ def codes(*checks, doctor=None):
 def test_findings_are_sorted_by_severity_catalogue_and_count():
     found = codes(
         check_of('post_dated', remark('a>note')),
-        check_of('gap', remark('a>none'), remark('a>one', count=1), remark('a>few', count=3),
-                 remark('a>error', Severity.ERROR)),
+        check_of('gap', remark('a>none'), remark('a>zero', count=0), remark('a>one', count=1),
+                 remark('a>few', count=3), remark('a>error', Severity.ERROR)),
         check_of('loop', remark('a>last', count=1), remark('a>first', count=5),
                  remark('a>warn', Severity.WARNING)))
     places = [*CODES]
@@ -216,7 +216,7 @@ def test_findings_are_sorted_by_severity_catalogue_and_count():
     assert found == [
         ('loop', 'first', 'error'), ('loop', 'last', 'error'), ('gap', 'error', 'error'),
         ('loop', 'warn', 'warning'), ('gap', 'few', 'warning'), ('gap', 'one', 'warning'),
-        ('gap', 'none', 'warning'), ('post_dated', 'note', 'note')]
+        ('gap', 'none', 'warning'), ('gap', 'zero', 'warning'), ('post_dated', 'note', 'note')]
 
 
 def test_symptoms_are_left_out():
