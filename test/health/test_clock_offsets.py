@@ -238,6 +238,9 @@ def test_node_post_dates_by_a_constant_of_less_than_two_seconds(edge, expected):
     ([late('a>b', -300)], ('', 'a>b')),
     ([late('a>b', -300), late('b>c', -320)], ('b>c a>b', '')),
     ([late('a>b', -300), late('b>c', -320), in_time('c>d')], ('', 'b>c a>b')),
+    # The one that is furthest ahead decides for both.
+    ([late('a>b', -300, 6.2), late('b>c', -320), in_time('c>d')], ('', 'b>c a>b')),
+    ([late('a>b', -300), late('b>c', -320, 6.2), in_time('c>d')], ('b>c a>b', '')),
     ([in_time('odom>base'), late('base>arm', -300, poses=standing), late('map>odom', -310)],
      ('map>odom base>arm', '')),
     ([in_time('odom>base'), late('base>arm', -300, poses=standing)], ('', 'base>arm'))])

@@ -272,13 +272,13 @@ class Monitor:
             self._looks.popleft()
         since, counts = self._looks[0] if self._looks else (now, {})
         self._looks.append((now, {(one.parent, one.child): one.count for one in signs}))
-        return {edge: _rate(one, now - since, one.count - counts[edge] if edge in counts else 0)
+        return {edge: _rate(one, now - since, one.count - counts.get(edge, one.count))
                 for one in signs for edge in [(one.parent, one.child)]}
 
 
 def _rate(signs: Symptoms, seconds: float, count: int) -> float:
     """Return the rate over the last seconds if several samples arrived; else the overall rate."""
-    if signs.static or not signs.rate_hz:
+    if not signs.rate_hz:
         return 0.0
     if count > 1 and seconds > 0.0:
         return count / seconds
