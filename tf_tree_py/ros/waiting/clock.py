@@ -70,6 +70,10 @@ class _Followed:
 
     def __init__(self, clock: RosClock) -> None:
         self.clock = clock
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget which times it has shown before."""
         self.newest = self.now() or 0
 
     def now(self) -> int | None:
@@ -126,7 +130,7 @@ class ClockWatch:
         self._handles: list[JumpHandle] = []
         # A clock has only a raw pointer to its jump handle, which ends with this object.
         weakref.finalize(self, _unregister, self._handles).atexit = False
-        self._sleepers: dict[Callable[[], None], None] = {}
+        self._sleepers: set[Callable[[], None]] = set()
         self._ends = _Ends()
         # When the clock stepped back lately, by the monotonic clock; None: no longer of interest.
         self._steps_back: list[float] | None = []
@@ -184,11 +188,11 @@ class ClockWatch:
     @contextmanager
     def waking(self, wake: Callable[[], None]) -> Iterator[None]:
         """Call ``wake`` when every wait ends."""
-        self._sleepers[wake] = None
+        self._sleepers.add(wake)
         try:
             yield
         finally:
-            del self._sleepers[wake]
+            self._sleepers.remove(wake)
 
     def release(self) -> None:
         """End every wait that has begun."""
@@ -232,14 +236,14 @@ class ClockWatch:
         now = followed.now()
         try:
             if changed:
-                followed.newest = now or 0
+                followed.begin_anew()
                 self._on_jump_back(jump)
             elif now is not None:
                 self._compare(now, followed, jump)
         finally:
             self._ends.reach(now)
             # Last, because it may query the graph.
-            if jump.delta.nanoseconds < 0 and not changed:
+            if jump.delta.nanoseconds < 0:  # a switch of the kind of time is no step
                 self._name_publishers(followed.clock, -jump.delta.nanoseconds)
 
     def _compare(self, now: int, followed: _Followed, jump: TimeJump) -> None:

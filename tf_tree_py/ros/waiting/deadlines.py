@@ -171,7 +171,7 @@ def _nothing() -> None:
 
 # --- alarms
 
-_LINGER_S = 1.0
+LINGER_S = 1.0
 _MIN_DEAD = 64
 
 
@@ -293,7 +293,7 @@ class Alarms:
 
     def _is_done(self) -> bool:
         """Wait a while for an alarm; return whether the thread may end."""
-        if self._pending or self._bell.wait(_LINGER_S):
+        if self._pending or self._bell.wait(LINGER_S):
             return False
         self._failures.write_counts()
         with self._lock:
