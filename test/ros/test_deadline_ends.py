@@ -5,6 +5,7 @@
 
 import gc
 import math
+import os
 import sys
 import threading
 import time
@@ -357,6 +358,41 @@ def test_thread_calls_back_each_time_it_wakes(watch):
         assert woken.acquire(timeout=PATIENCE_S)
     alarms.forget(number)
     until(lambda: not [each for each in threading.enumerate() if alarms.run_in(each)])
+
+
+@pytest.mark.usefixtures('at_once')
+def test_earlier_alarm_wakes_the_thread_that_sleeps_for_later_ones(watch):
+    rung, woken = [], threading.Semaphore(0)
+    alarms = Alarms(watch, woken.release)
+    sleepers = [Sleeper(rung, each) for each in (3_600_000, 3_700_000, 5)]
+    numbers = []
+    for each in sleepers:
+        numbers.append(alarms.add(each, in_ms(watch, each.name)))
+        if len(numbers) == 1:
+            assert woken.acquire(timeout=PATIENCE_S)
+    until(lambda: rung)
+    assert rung[0][0] == 5
+    for number in numbers:
+        alarms.forget(number)
+    rung[0][1].join(PATIENCE_S)
+    assert not rung[0][1].is_alive()
+
+
+@pytest.mark.usefixtures('at_once')
+@pytest.mark.filterwarnings('ignore:This process .* is multi-threaded:DeprecationWarning')
+def test_child_of_a_fork_starts_a_thread_of_its_own(watch, alarms):
+    rung, late, soon = [], Sleeper([], 'late'), Sleeper([], 'soon')
+    soon.rung = rung
+    number = alarms.add(late, in_ms(watch, 3_600_000))
+    child = os.fork()
+    if not child:
+        alarms.add(soon, in_ms(watch, 1))
+        end = time.monotonic() + PATIENCE_S
+        while not rung and time.monotonic() < end:
+            time.sleep(0.001)
+        os._exit(not rung)
+    assert os.waitpid(child, 0)[1] == 0
+    alarms.forget(number)
 
 
 @pytest.mark.usefixtures('at_once')

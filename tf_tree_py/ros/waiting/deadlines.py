@@ -238,12 +238,10 @@ class Alarms:
             self._pending[number] = weakref.ref(sleeper)
             if deadline.is_simulated:
                 self._simulated.add(number)
-            end = deadline.wall_end
-            if end < math.inf:
-                heapq.heappush(self._by_wall, (end, number))
+            heapq.heappush(self._by_wall, (deadline.wall_end, number))
             if self._thread is None:
                 self._begin()
-            elif end < math.inf and self._by_wall[0][1] == number:
+            elif self._by_wall[0][1] == number:
                 self._bell.ring()
         # Last: if the time is over already, this calls at once, and the alarm has to be known.
         deadline.call(partial(self._end, number))
