@@ -38,8 +38,6 @@ def is_running(context: Context) -> bool:
     handle = context.handle
     if handle is None:
         return False
-    if not hasattr(handle, 'ok'):  # pragma: no cover - every rclpy so far has it
-        return context.ok()
     try:
         with handle:
             return bool(handle.ok())
