@@ -381,16 +381,17 @@ def test_earlier_alarm_wakes_the_thread_that_sleeps_for_later_ones(watch):
 @pytest.mark.usefixtures('at_once')
 @pytest.mark.filterwarnings('ignore:This process .* is multi-threaded:DeprecationWarning')
 def test_child_of_a_fork_starts_a_thread_of_its_own(watch, alarms):
-    rung, late, soon = [], Sleeper([], 'late'), Sleeper([], 'soon')
-    soon.rung = rung
+    rung, late = threading.Event(), Sleeper([], 'late')
+
+    class Soon:
+        expire = rung.set
+
+    soon = Soon()
     number = alarms.add(late, in_ms(watch, 3_600_000))
     child = os.fork()
     if not child:
         alarms.add(soon, in_ms(watch, 1))
-        end = time.monotonic() + PATIENCE_S
-        while not rung and time.monotonic() < end:
-            time.sleep(0.001)
-        os._exit(not rung)
+        os._exit(not rung.wait(PATIENCE_S))
     assert os.waitpid(child, 0)[1] == 0
     alarms.forget(number)
 

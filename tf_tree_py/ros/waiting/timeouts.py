@@ -119,7 +119,6 @@ class Wait(Generic[Answer]):
         """
         self._timeouts = timeouts
         self._asker = weakref.ref(asker)
-        self._kept: Asker[Answer] | None = None
         self._timeout = timeout
         self._lock = lock or nullcontext()
         self._deadline: ClockDeadline | None = None
@@ -173,7 +172,7 @@ class Wait(Generic[Answer]):
     def keep_alive(self) -> None:
         """Let the buffer keep the wait and its owner alive until the wait is over."""
         # In this order: a wait that ends between the two must not be kept for ever.
-        self._kept = self._asker()
+        self._kept: Asker[Answer] | None = self._asker()
         if not self._inquiry.wake_by(self.ask):
             self._kept = None
 
