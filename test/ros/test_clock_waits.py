@@ -14,7 +14,7 @@ from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from rclpy.time_source import TimeSource
 from ros_helpers import at, simulated_clock
-from tf_tree_py.ros.waiting.clock import ClockWatch, RosClock, STOPPED_S
+from tf_tree_py.ros.waiting.clock import ClockWatch, RosClock
 
 SECOND = 1_000_000_000
 
@@ -107,6 +107,7 @@ class NaiveWatch:
         self.reach(self.now())
 
 
+ACTIONS = ['tick'] * 6 + ['begin'] * 5 + ['drop', 'use', 'leave', 'switch', 'release']
 STEPS = [0, 1, 1, 2, 3, 5, 8, 20, -1, -1, -2, -3, -7, -30]
 
 
@@ -124,8 +125,7 @@ def test_watch_calls_what_a_naive_one_would_call(limit):
         alive = {}
         for number in range(80):
             used = naive.clocks[-1] if naive.clocks else None
-            action = draw.choice(['tick'] * 6 + ['begin'] * 5 + ['drop', 'use', 'leave', 'switch',
-                                                                  'release'])
+            action = draw.choice(ACTIONS)
             if action == 'tick' and used is not None and used.simulated:
                 before, now = used.now, max(used.now + draw.choice(STEPS), 0)
                 used.show(now)
@@ -304,8 +304,8 @@ def test_time_that_stands_still_is_reported_once_with_the_time(log):
         watch.report_if_stopped(3 * SECOND // 2)
     assert watch.may_report is False
     assert log().count('WARN') == 1
-    assert (f'A lookup waits for simulated time, which has stood still at 1.500000000 s for '
-            f'{STOPPED_S:.0f} s: is any node publishing /clock? Its timeout does not pass in the '
+    assert ('A lookup waits for simulated time, which has stood still at 1.500000000 s for 3 s: '
+            'is any node publishing /clock? Its timeout does not pass in the '
             'meantime. Buffer(wall_guard=Duration(seconds=5)) limits such a wait\n') in log()
 
 

@@ -308,6 +308,7 @@ def test_alarm_that_was_cancelled_or_has_no_owner_rings_no_more(watch, clock, al
 @pytest.mark.usefixtures('at_once')
 def test_sleeper_that_raises_anything_keeps_no_other_from_being_called(watch, alarms, log):
     class Failing(Sleeper):
+
         def expire(self):
             super().expire()
             raise SystemExit(self.name)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""A wait that blocks no thread, and the future of a lookup: how each of them ends, step by step."""
+"""A wait that blocks no thread, and the future of a lookup: how each of them ends."""
 
 import asyncio
 from concurrent.futures import CancelledError

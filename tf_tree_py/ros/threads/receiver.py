@@ -40,10 +40,10 @@ from .internal_node import CallbackFailures, is_locked_here, is_running
 
 try:
     from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
-    HAS_WAIT_SET = hasattr(_rclpy, 'WaitSet') and hasattr(_rclpy.Subscription, 'take_message')
-    CAN_TAKE = HAS_WAIT_SET and hasattr(_rclpy.Client, 'take_response')
+    _NEEDED = _rclpy.WaitSet, _rclpy.Subscription.take_message, _rclpy.Client.take_response
+    HAS_WAIT_SET = True
 except (ImportError, AttributeError):  # pragma: no cover - every rclpy so far has them
-    HAS_WAIT_SET = CAN_TAKE = False
+    HAS_WAIT_SET = False
 
 # Ctrl-C ends the context without a callback and without a wake-up, so the thread checks the
 # context this often. rclpy's ``SignalHandlerGuardCondition`` would wake it, but rclpy's signal

@@ -21,7 +21,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
-from .receiver import CAN_TAKE, CHECK_CONTEXT_NS, Receiver
+from .receiver import CHECK_CONTEXT_NS, HAS_WAIT_SET, Receiver
 
 # Nanoseconds, 146 years.
 _NEVER = 2**62
@@ -35,7 +35,7 @@ class Responses(Receiver):
     """
 
     def __init__(self, node: Node, on_end: Callable[[], object], check: Callable[[], bool],
-                 period_s: float, *, use_wait_set: bool = CAN_TAKE) -> None:
+                 period_s: float, *, use_wait_set: bool = HAS_WAIT_SET) -> None:
         """
         Begin to serve.
 

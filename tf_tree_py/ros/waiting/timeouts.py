@@ -167,12 +167,12 @@ class Wait(Generic[Answer]):
     def end(self) -> None:
         """Stop waiting."""
         self._registration.end()
-        self._kept = None
+        self._kept: Asker[Answer] | None = None
 
     def keep_alive(self) -> None:
         """Let the buffer keep the wait and its owner alive until the wait is over."""
         # In this order: a wait that ends between the two must not be kept for ever.
-        self._kept: Asker[Answer] | None = self._asker()
+        self._kept = self._asker()
         if not self._inquiry.wake_by(self.ask):
             self._kept = None
 
