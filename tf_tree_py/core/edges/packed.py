@@ -89,12 +89,13 @@ class PackedSamples:
                  'late', 'stamps', 'poses', 'parents', '_newest_pose', '_holds_for', '_ends',
                  '_start', '_horizon', '_tidy_after')
 
+    _holds_for: int
+
     def __init__(self, child: str, cache_time: int, authority: str = '') -> None:
         self.child = child
         self.cache_time = cache_time
         self.authority = authority
         self.late = FOREVER
-        self._holds_for = 0
         self._empty()
 
     def __len__(self) -> int:
@@ -228,8 +229,8 @@ class PackedSamples:
         begin = max(self.first(), index - beside)
         end = bisect_right(self.stamps, last, index) + 1 + beside
         few = PackedSamples(self.child, self.cache_time, self.authority)
-        few.parent, few.newest_stamp = self.parent, self.newest_stamp
-        few.latest_stamp, few._holds_for = self.latest_stamp, self._holds_for
+        few.parent = self.parent
+        few.newest_stamp, few.latest_stamp = self.newest_stamp, self.latest_stamp
         few.stamps = array('q', self.stamps[begin:end])
         few.poses = array('d', self.poses[begin * POSE_FLOATS:end * POSE_FLOATS])
         few.parents = None if self.parents is None else list(self.parents[begin:end])
@@ -237,14 +238,12 @@ class PackedSamples:
         return few, index - begin
 
     def copied_into(self, twin: _Twin) -> _Twin:
-        """Copy the samples to another object, and return it."""
-        twin.parent, twin.newest_stamp = self.parent, self.newest_stamp
-        twin.latest_stamp, twin._holds_for = self.latest_stamp, self._holds_for
-        twin._newest_pose, twin._start = self._newest_pose, self._start
+        """Copy the samples to another object that has none, and return it."""
+        twin.parent = self.parent
+        twin.newest_stamp, twin.latest_stamp = self.newest_stamp, self.latest_stamp
         twin.stamps, twin.poses = self.stamps[:], self.poses[:]
         twin.parents = None if self.parents is None else self.parents[:]
-        twin._ends = set(self._ends)
-        twin._horizon, twin._tidy_after = self._horizon, self._tidy_after
+        twin._ends, twin._horizon = set(self._ends), self._horizon
         return twin
 
     def columns(self) -> Columns:

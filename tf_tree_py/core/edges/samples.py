@@ -87,8 +87,9 @@ class Samples(PackedSamples):
 
         The limit is that of silent edges everywhere, or the window if that is shorter.
         """
-        if self.newest_stamp is None or self.parent is None:
+        if self.parent is None:
             return False
+        assert self.newest_stamp is not None
         interval = mean_interval(self.newest_stamp - self.stamps[self.first()], len(self))
         return stamp - self.newest_stamp > min(silence_allowed(interval), self.cache_time)
 
@@ -114,7 +115,9 @@ class Samples(PackedSamples):
         after = bisect_right(stamps, stamp, start)
         if (not start < after < len(stamps)
                 or (older_stamp := stamps[after - 1]) < self._horizon):
-            return self._held(stamp)
+            if self.index_at(stamp) is None:
+                raise self.extrapolation(stamp)
+            return self.pose(-1)  # it is held
         first = (after - 1) * POSE_BYTES
         if stamp == older_stamp:
             return unpack_pose(self.poses, first)
@@ -129,20 +132,15 @@ class Samples(PackedSamples):
                 unpack_pair(self.poses, first), stamp, older_stamp, stamps[after])
         return self.interpolation.pose(self, after - 1, stamp)
 
-    def _held(self, stamp: int) -> PoseTuple:
-        newest, latest = self.newest_stamp, self.latest_stamp
-        if newest is None or latest is None or not newest < stamp <= latest:
-            raise self.extrapolation(stamp)
-        return self.sample(newest)
-
     def neighbours(self, first: int, last: int) -> tuple[float, ...] | None:
         """Return the poses at two stamps; None without data, or with a sample between."""
-        stamps, after = self.stamps, bisect_right(self.stamps, first, self._start)
-        if (self.parents is None and self._start < after < len(stamps)
-                and self._horizon <= first == stamps[after - 1] and last == stamps[after]
-                and (after + 1 == len(stamps) or last < stamps[after + 1])):
-            return unpack_pair(self.poses, (after - 1) * POSE_BYTES)  # the common case
-        if self.next_stamp(first) < last or None in (self.parent_at(first), self.parent_at(last)):
+        index = self.index_at(first)
+        if index is None:
+            return None
+        around = self.stamps[index:index + 3].tolist()
+        if around[:2] == [first, last] and around[2:] != [last]:
+            return unpack_pair(self.poses, index * POSE_BYTES)  # the common case
+        if self.next_stamp(first) < last or self.parent_at(last) is None:
             return None
         return self.sample(first) + self.sample(last)
 
@@ -224,6 +222,8 @@ class Samples(PackedSamples):
             parent, since, until = self.parents[index], self.stamps[index], self._until(index)
             if since >= end:
                 break
+            if since == until:  # a later arrival has this stamp, too
+                continue
             if begun is not None and begun[0] == parent and begun[2] == since:
                 since = begun[1]
             elif begun is not None:
@@ -235,9 +235,8 @@ class Samples(PackedSamples):
     def _until(self, index: int) -> int:
         """Return the stamp up to which the parent of a sample is valid."""
         stamp = self.stamps[index]
-        if stamp in self._ends:
-            return stamp + 1
-        return self.stamps[index + 1] if index + 1 < len(self.stamps) else FOREVER
+        following = self.stamps[index + 1] if index + 1 < len(self.stamps) else FOREVER
+        return min(following, stamp + 1) if stamp in self._ends else following
 
     def extrapolation(self, stamp: int) -> ExtrapolationException:
         """Return the error for a stamp without data."""

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .protocol import EdgeTrack
-from ..geometry import so3
+from ..geometry import se3, so3
 from ..geometry.se3 import PoseTuple
 from ..geometry.so3 import Array
 from ..times import Indices, Stamps
@@ -78,7 +78,7 @@ class InterpolatedTrack:
         before, after = self._around(knots[:-1])
         a, b = self._poses.take(before, axis=1), self._poses.take(after, axis=1)
         parts = np.diff(knots) / np.maximum(self.knots.take(after) - self.knots.take(before), 1)
-        turns = 2.0 * np.arccos(np.minimum(np.abs(_dot(a[3:], b[3:])), 1.0))
+        turns = 2.0 * np.arccos(np.minimum(np.abs(_sum(a[3:] * b[3:])), 1.0))
         steps = b[:3] - a[:3]
         return (float((turns * parts).max()),
                 math.sqrt((np.square(steps * parts).sum(axis=0)).max()))
@@ -110,7 +110,7 @@ class HeldTrack:
         """Return the poses (7, ...) at times ``since`` after stamps."""
         inside = np.minimum(stamps, self._end)
         if since is not None:
-            since = np.where(stamps < self._end, since, 0.0)
+            since = since * (stamps < self._end)
         return self._track.at(inside, since)
 
     def motion(self, knots: Stamps) -> tuple[float, float]:
@@ -157,12 +157,10 @@ class OneByOneTrack:
 
 def _between(a: Array, b: Array, ratio: Array) -> Array:
     """Interpolate between poses (7, ...) as ``se3.interpolate_many`` and tf2 do."""
-    cosine = _dot(a[3:], b[3:])
+    cosine = _sum(a[3:] * b[3:])
     if so3.is_half_turn(cosine).any():
-        first, second = (np.moveaxis(each[3:], 0, -1) for each in (a, b))
-        turned = so3.slerp_many(first, second, ratio, as_tf2=True)
-        return np.concatenate([(1.0 - ratio) * a[:3] + ratio * b[:3],
-                               np.moveaxis(turned, -1, 0)])
+        first, second = (np.moveaxis(each, 0, -1) for each in (a, b))
+        return np.moveaxis(se3.interpolate_many(first, second, ratio, as_tf2=True), -1, 0)
     first, second = so3.slerp_weights_many(cosine, ratio, as_tf2=True)
     poses = np.empty((7, *first.shape))
     np.multiply(1.0 - ratio, a[:3], out=poses[:3])
@@ -172,7 +170,7 @@ def _between(a: Array, b: Array, ratio: Array) -> Array:
     return poses
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _sum(products: Array) -> Array:
     """Sum in the order of the scalar form, because the last bit decides whether it is one."""
-    x, y, z, w = a * b
+    x, y, z, w = products
     return np.asarray(x + y + z + w)

@@ -58,20 +58,16 @@ def climb(histories: _ByChild, frame: str, stamp: int | None, stop: Container[st
     frames = [frame]
     # There are at most as many steps as edges, because a tree has no loops.
     for _ in range(len(histories)):
-        history = None if frame in stop else histories.get(frame)
-        parent = _parent(history, stamp)
-        if history is None or parent is None:
+        if frame in stop or frame not in histories:
+            break
+        history = histories[frame]
+        parent = history.parent if stamp is None else history.parent_at(stamp)
+        if parent is None:
             break
         edges.append(history)
         frames.append(parent)
         frame = parent
     return Climb(edges, frames)
-
-
-def _parent(history: History | None, stamp: int | None) -> str | None:
-    if history is None:
-        return None
-    return history.parent if stamp is None else history.parent_at(stamp)
 
 
 class Branches(NamedTuple):
@@ -193,9 +189,9 @@ def find_loop(histories: _ByChild, parent: str, child: str, begin: int, end: int
         for above, since, until in history.parents_between(first, last):
             way: _Trail = (history, above, trail)
             since, until = max(since, first), min(until, last)
-            if since < until and above == child:
-                return _loop(way)
             if since < until:
+                if above == child:
+                    return _loop(way)
                 to_visit.append((above, since, until, way))
     return None
 
@@ -230,11 +226,12 @@ class Cleared:
         :param histories: those of the tree.
         """
         self._why = why
-        self._edges: dict[str, ClearedEdge] = {}
+        self._edges: dict[str | None, ClearedEdge] = {}
         for child, history in histories.items():
-            oldest, latest = history.oldest_stamp, history.latest_stamp
-            if not history.is_static and oldest is not None and latest is not None:
-                self._edges[child] = ClearedEdge(history.parent, oldest, latest)
+            if moves(history) and history.oldest_stamp is not None:
+                assert history.latest_stamp is not None
+                self._edges[child] = ClearedEdge(
+                    history.parent, history.oldest_stamp, history.latest_stamp)
 
     def explain(self, error: TransformException, histories: _ByChild) -> None:
         """
@@ -257,7 +254,7 @@ class Cleared:
                     'The buffer forgot an edge between them, and has received none since')
         if not isinstance(error, NoDataException | PastExtrapolationException):
             return ''
-        edge = self._edges.get(error.child or '')
+        edge = self._edges.get(error.child)
         if edge is None:
             return ''
         if error.requested is not None and edge.oldest <= error.requested <= edge.latest:

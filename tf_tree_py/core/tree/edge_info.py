@@ -20,8 +20,9 @@ from ..times import Stamps
 
 def stamps_of(history: History | None) -> Stamps:
     """Return the sorted stamps (N,) of an edge's samples; none for a static edge."""
-    if history is None or history.oldest_stamp is None or history.newest_stamp is None:
+    if history is None or history.oldest_stamp is None:
         return np.empty(0, dtype=np.int64)
+    assert history.newest_stamp is not None
     return history.track(history.oldest_stamp, history.newest_stamp).knots
 
 
@@ -91,7 +92,7 @@ def info_at(parent: str, history: History, moment: int | None) -> EdgeInfo:
         return info
     since, until = next((since, until) for _, since, until
                         in history.parents_between(BEGINNING, FOREVER) if since <= moment < until)
-    stamps = history.track(since, min(info.latest, until - 1)).knots
+    stamps = stamps_of(history)
     return info._replace(oldest=since, latest=int(stamps[stamps < until][-1]))
 
 

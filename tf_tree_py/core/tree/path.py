@@ -177,12 +177,10 @@ def edge_to_blame(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     old; then the one with the oldest newest sample.
     """
     def order(edge: MovingHistory) -> tuple[int, int]:
-        latest = edge.latest_stamp
-        if latest is None:
-            return 2, BEGINNING
-        if stamp < latest and (oldest := edge.oldest_stamp) is not None and stamp < oldest:
+        oldest, latest = edge.oldest_stamp, edge.latest_stamp
+        if oldest is not None and stamp < oldest:
             return (0 if edge.is_too_old(stamp) else 1), -oldest
-        return 2, latest
+        return 2, BEGINNING if latest is None else latest
 
     return min(edges, key=order)
 
@@ -191,10 +189,9 @@ def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:
     """Return the edges from the top down, with successive static edges composed."""
     parts: list[History] = []
     for edge in reversed(edges):
-        above = parts[-1] if parts else None
-        if (above is not None and above.parent is not None and above.is_static
-                and edge.is_static):
-            parts[-1] = StaticHistory(edge.child, above.parent, se3.compose(
+        if parts and parts[-1].is_static and edge.is_static:
+            above = parts[-1]
+            parts[-1] = StaticHistory(edge.child, str(above.parent), se3.compose(
                 above.sample(LATEST), edge.sample(LATEST)))
         else:
             parts.append(edge)
