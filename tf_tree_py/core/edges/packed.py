@@ -200,7 +200,8 @@ class PackedSamples:
             self.late = min(self.late, int(stamps[0]))
             # Stored samples that are newer than the first new one are sorted with the new ones.
             index = bisect_right(self.stamps, int(stamps[0]), self.first())
-            newer = np.array(self.poses[index * POSE_FLOATS:]).reshape(-1, POSE_FLOATS)
+            newer = np.array(self.poses[index * POSE_FLOATS:]).reshape(
+                len(self.stamps) - index, POSE_FLOATS)
             stamps, poses = _in_order(np.concatenate([self.stamps[index:], stamps]),
                                       np.concatenate([newer, poses]))
             del self.stamps[index:]
@@ -274,7 +275,7 @@ class PackedSamples:
         end = bisect_right(self.stamps, last, begin) + 1
         # An array cannot grow while numpy has a view of it, so this function returns only copies.
         stamps = np.frombuffer(self.stamps, dtype=np.int64)
-        poses = np.frombuffer(self.poses).reshape(-1, POSE_FLOATS)
+        poses = np.frombuffer(self.poses).reshape(len(stamps), POSE_FLOATS)
         return stamps[begin:end].copy(), poses[begin:end].copy()
 
     def index_before(self, stamp: int) -> int:

@@ -179,7 +179,7 @@ def edge_to_blame(edges: Iterable[MovingHistory], stamp: int) -> MovingHistory:
     def order(edge: MovingHistory) -> tuple[int, int]:
         oldest, latest = edge.oldest_stamp, edge.latest_stamp
         if oldest is not None and stamp < oldest:
-            return (0 if edge.is_too_old(stamp) else 1), -oldest
+            return not edge.is_too_old(stamp), -oldest
         return 2, BEGINNING if latest is None else latest
 
     return min(edges, key=order)
