@@ -13,6 +13,7 @@ import math
 import numpy as np
 from policies import HoldNewest
 import pytest
+from strategies import assert_same_pose
 from tf_tree_py.core import (
     ConnectivityException,
     EdgeInfo,
@@ -392,6 +393,44 @@ def test_path_of_now_is_found_beside_another_of_then():
     assert finder.fixed_path('top', 'b') is not path
 
 
+def test_path_is_not_for_good_if_a_frame_far_above_was_elsewhere():
+    buffer = PlainBuffer(1000)
+    chain(buffer, 'map', 'mid', 'top', 'b', stamps=(10, 20))
+    finder = buffer.intake.tree.paths
+    assert finder.fixed_path('top', 'b').for_good
+    buffer.insert('other', 'mid', 30, Pose(5.0))
+    assert not finder.fixed_path('top', 'b').for_good
+    buffer.remove_frame('mid')
+    assert finder.fixed_path('top', 'b').for_good
+    # An edge that ended hangs on nothing now.
+    buffer.intake.tree.histories['top'].end()
+    finder.forget()
+    assert not finder.fixed_path('top', 'b').for_good
+
+
+def test_finder_refuses_unknown_frames_also_twice_the_same():
+    buffer = PlainBuffer(1000)
+    chain(buffer, 'map', 'base')
+    finder = buffer.intake.tree.paths
+    for query in (finder.fixed_path, finder.newest_path, finder.newest_pose):
+        for arguments in (('nowhere', 'nowhere'), ('base', 'nowhere'), ('nowhere', 'map')):
+            assert type(error_of(query, *arguments)) is LookupException
+    assert finder.fixed_path(['base'], 'map') is None
+    assert finder.newest_pose('map', 'base') == (20, place(1))
+    assert finder.newest_pose('base', 'base') == (0, se3.IDENTITY)
+
+
+def test_blockers_of_two_frames_are_those_of_their_climbs():
+    buffer = PlainBuffer(1000)
+    chain(buffer, 'map', 'base', stamps=(10, 2000))
+    chain(buffer, 'map', 'lens', static=True)
+    finder = buffer.intake.tree.paths
+    assert finder.blockers('map', 'base', 3000) == (('base', 3000),)
+    assert finder.blockers('base', 'map', 1500) == (('base', 2000),)
+    assert finder.blockers('base', 'lens', 5) == ()  # older than the window
+    assert finder.blockers('map', 'lens', 5) == ANY
+
+
 def test_kept_paths_are_limited():
     count = 142
     buffer = PlainBuffer()
@@ -438,6 +477,18 @@ def test_poses_of_all_frames_leave_out_those_without_data():
     for query in (spanning.latest_of_all, lambda frame: spanning.poses_from(frame, 5)):
         error = error_of(query, 'nowhere')
         assert str(error).startswith('"nowhere" passed to lookupTransform argument target_frame')
+
+
+def test_poses_of_all_frames_are_those_of_single_lookups():
+    buffer = PlainBuffer()
+    for number, (parent, child) in enumerate(('ab', 'bc', 'cd', 'ce', 'af', 'fg')):
+        buffer.insert(parent, child, 10, Pose.from_xyz_rpy(
+            1.0 + number, 0.5, number, 0.3 * number, 0.2, 1.0))
+    for target in 'acg':
+        found = buffer.lookup_tree(target, 10)
+        assert sorted(found) == [*'abcdefg']
+        for frame, pose in found.items():
+            assert_same_pose(pose, buffer.lookup(target, frame, 10), 1e-13, reach=10.0)
 
 
 def test_poses_of_all_frames_follow_parents_that_change():
