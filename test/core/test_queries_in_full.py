@@ -7,11 +7,13 @@ Each query of a buffer and of its snapshot in whole results, and what observers 
 
 import numpy as np
 import pytest
+from strategies import assert_same_pose
 from tf_tree_py.core import (
     ConnectivityException,
     EdgeInfo,
     FutureExtrapolationException,
     InvalidArgumentException,
+    Linear,
     LookupException,
     PastExtrapolationException,
     PlainBuffer,
@@ -137,6 +139,29 @@ def test_all_three_frames_of_a_lookup_through_a_fixed_one_are_checked():
         error = caught(buffer.lookup_full, *arguments)
         assert type(error) is LookupException
         assert str(error).startswith(f'"nowhere" passed to lookupTransform argument {name}_frame')
+
+
+    for target, source, fixed, name in (('x', 'y', 'map', 'target'), ('x', 'map', 'x', 'target'),
+                                        ('map', 'x', 'x', 'source'), ('map', 'x', 'y', 'source')):
+        error = caught(buffer.lookup_full, target, 20, source, 20, fixed)
+        assert f'argument {name}_frame does not exist' in str(error)
+
+
+def test_rotations_along_the_way_through_a_fixed_frame():
+    buffer = PlainBuffer(WINDOW)
+    for stamp in (10, 20):
+        buffer.insert('map', 'base', stamp, Pose.from_xyz_rpy(0.1 * stamp, 2.0, 0.0, 0.3, 0.2, 1.0))
+        buffer.insert('map', 'arm', stamp, Pose.from_xyz_rpy(1.0, 0.1 * stamp, 3.0, 0.0, 0.5, 2.0))
+    for target, source in (('base', 'arm'), ('arm', 'base'), ('base', 'base')):
+        found = buffer.lookup_full(target, 20, source, 10, 'map')
+        expected = buffer.lookup(target, 'map', 20) @ buffer.lookup('map', source, 10)
+        assert_same_pose(found, expected, reach=5.0)
+
+
+def test_frame_whose_edge_has_no_samples_yet_has_no_stamp():
+    buffer = PlainBuffer(WINDOW)
+    buffer.set_interpolation('later', Linear())
+    assert buffer.lookup_stamped('later', 'later') == (0, Pose())
 
 
 def test_latest_common_times():

@@ -315,6 +315,25 @@ def test_samples_that_may_change_the_structure_are_not_added_directly():
     assert tree.history_to_extend('p', 'c', 39) is None
 
 
+def test_history_that_takes_no_samples_is_replaced_by_one_that_does():
+    class Fixed(Samples):
+        """The samples of a curve, in short."""
+
+        takes_samples = False
+        described_as = 'a curve'
+
+    tree = tree_of(('r', 'p', 10))
+    curve = Fixed('c', 100)
+    curve.insert(10, 'p', place(1))
+    assert tree.insert_history(curve, 'p', 10, 'first') == []
+    assert tree.history_to_extend('p', 'c', 20) is None
+    (incident,) = tree.insert('p', 'c', 20, place(1), 'second', False)
+    assert (incident.kind, incident.detail) == (
+        Kind.KIND_CHANGE, "it was a curve from '' and is now dynamic; its stored samples were "
+                          'removed')
+    assert edge(tree, 'c') == (Samples, 'p', 'second', 20, 20, 1)
+
+
 def test_extended_edge_changes_the_structure_only_before_its_first_sample():
     tree = tree_of(('p', 'c', 50))
     history, poses = tree.histories['c'], np.array([place(1), place(2)])

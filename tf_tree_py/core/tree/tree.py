@@ -72,7 +72,6 @@ class Tree:
         self.spanning = Spanning(self.histories, self.paths)
         self._remarks = Remarks()
         self._known: dict[object, list[History | None]] = {}
-        self._known_count = 0
         self._cleared: Cleared | None = None
 
     # --- inserting
@@ -120,11 +119,9 @@ class Tree:
         # Not cached with an unknown edge: it may always be refused, and its names may be long.
         if key is not None and None not in known:
             if (len(self._known) >= _MAX_KNOWN
-                    or self._known_count + len(known) > _MAX_KNOWN_EDGES):
+                    or sum(map(len, self._known.values())) + len(known) > _MAX_KNOWN_EDGES):
                 self._known.clear()
-                self._known_count = 0
             self._known[key] = known
-            self._known_count += len(known)
         return known
 
     def insert(self, parent: str, child: str, stamp: int, pose: PoseTuple,
@@ -154,8 +151,7 @@ class Tree:
                 or history.parent != parent):
             return None
         began = history.oldest_stamp
-        if began is None:
-            return None
+        assert began is not None
         if began <= stamp or find_loop(
                 self.histories, parent, child, stamp, FOREVER, []) is None:
             return history
@@ -199,9 +195,8 @@ class Tree:
         else:
             if history is None or history.is_static or not history.takes_samples:
                 history = Samples(child, self.cache_time)
-            newest = history.newest_stamp
             unchanged = (not history.fixed_parent and history.parent == parent
-                         and newest is not None and stamp >= newest)
+                         and history.next_stamp(stamp) == FOREVER)
             history.insert(stamp, parent, pose)
             history.authority = authority
             self.histories[child] = history
@@ -270,7 +265,6 @@ class Tree:
         for companion in self.companions.values():
             companion.structure_changed()
         self._known.clear()
-        self._known_count = 0
 
     def _close_loop(self, parent: str, child: str, time: tuple[int, int],
                     silent: list[MovingHistory]) -> Loop | None:
