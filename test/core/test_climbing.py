@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Climbs in a small tree, in whole results: who meets where, what blocks, and which loops close."""
+"""Climbs in a small tree in whole results: where they meet, what blocks, and which loops close."""
 
 import pytest
 from tf_tree_py.core import ConnectivityException, NoDataException, PastExtrapolationException
@@ -10,10 +10,10 @@ from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.stamp import FOREVER
 from tf_tree_py.core.tree.climb import (
+    blockers,
     Branches,
     Cleared,
     Climb,
-    blockers,
     climb,
     climb_both,
     find_loop,
@@ -87,7 +87,8 @@ def test_two_climbs_meet_at_the_lowest_common_ancestor(target, source, stamp, up
     assert found.frames() == frames
     height = len(up.split())
     assert found.links() == [
-        (frames[i + 1], histories[frames[i]]) if i < height else (frames[i], histories[frames[i + 1]])
+        (frames[i + 1], histories[frames[i]]) if i < height
+        else (frames[i], histories[frames[i + 1]])
         for i in range(len(frames) - 1)]
 
 

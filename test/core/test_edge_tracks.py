@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Copies of edges for many stamps, compared with single lookups; interpolations; and static edges.
-"""
+"""Copies of edges for many stamps, compared with single lookups; interpolations; and static edges."""
 
 import math
 
@@ -82,7 +80,7 @@ def test_half_turns_and_the_tiniest_are_those_of_single_poses():
         poses += [a, (*a[:3], *so3.multiply(a[3:], half))]
     stamps = list(range(0, 400, 10))
     history = history_of(stamps, poses)
-    asked = np.array([[stamp + 3, stamp + 8] for stamp in stamps[::2]])
+    asked = np.array([[stamp + 3, stamp + 8] for stamp in stamps[:-1]])
     found = history.track(0, 390).at(asked)
     for index, stamp in np.ndenumerate(asked):
         assert_same_pose(found[(slice(None), *index)].tolist(), history.sample(int(stamp)))

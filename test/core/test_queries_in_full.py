@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Each query of a buffer and of its snapshot in whole results, and what observers see of it.
-"""
+"""Each query of a buffer and of its snapshot in whole results, and what observers see of it."""
 
 import numpy as np
 import pytest
@@ -28,7 +26,7 @@ FUTURE, PAST = FutureExtrapolationException, PastExtrapolationException
 
 
 def robot():
-    """Return map -> odom -> base -> lens (static), map -> mark, and an island; 1 cm a nanosecond."""
+    """Return map -> odom -> base -> lens (static), map -> mark, and island -> tree."""
     made = PlainBuffer(WINDOW)
     for stamp in (10, 20, 30):
         made.insert('map', 'odom', stamp, Pose(0.01 * stamp), authority='slam')
@@ -55,7 +53,8 @@ def test_lookups_of_one_pose():
         for arguments, stamp, pose in (
                 (('map', 'lens'), 25, near(0.25, 0.25, 5.0)), (('map', 'lens', 0), 25, near(
                     0.25, 0.25, 5.0)), (('map', 'lens', 18), 18, near(0.18, 0.18, 5.0)),
-                (('base', 'map', 18), 18, near(-0.18, -0.18)), (('base', 'lens'), 0, near(0, 0, 5)),
+                (('base', 'map', 18), 18, near(-0.18, -0.18)),
+                (('base', 'lens'), 0, near(0, 0, 5)),
                 (('base', 'lens', 7), 7, near(0, 0, 5)), (('map', 'odom'), 30, near(0.3)),
                 (('odom', 'odom'), 30, near(0)), (('odom', 'odom', 7), 7, near(0)),
                 (('lens', 'lens'), 0, near(0)), (('map', 'map'), 0, near(0)),
@@ -150,8 +149,10 @@ def test_all_three_frames_of_a_lookup_through_a_fixed_one_are_checked():
 def test_rotations_along_the_way_through_a_fixed_frame():
     buffer = PlainBuffer(WINDOW)
     for stamp in (10, 20):
-        buffer.insert('map', 'base', stamp, Pose.from_xyz_rpy(0.1 * stamp, 2.0, 0.0, 0.3, 0.2, 1.0))
-        buffer.insert('map', 'arm', stamp, Pose.from_xyz_rpy(1.0, 0.1 * stamp, 3.0, 0.0, 0.5, 2.0))
+        buffer.insert('map', 'base', stamp, Pose.from_xyz_rpy(
+            0.1 * stamp, 2.0, 0.0, 0.3, 0.2, 1.0))
+        buffer.insert('map', 'arm', stamp, Pose.from_xyz_rpy(
+            1.0, 0.1 * stamp, 3.0, 0.0, 0.5, 2.0))
     for target, source in (('base', 'arm'), ('arm', 'base'), ('base', 'base')):
         found = buffer.lookup_full(target, 20, source, 10, 'map')
         expected = buffer.lookup(target, 'map', 20) @ buffer.lookup('map', source, 10)

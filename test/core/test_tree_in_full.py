@@ -243,8 +243,9 @@ def test_one_of_several_publishers_is_suspected_when_a_frame_returns():
     for authority, kinds in ((several, [[], [Kind.SECOND_PARENT], []]), ('tracker', [[], [], []])):
         tree = Tree(100, 50, 30)
         assert tree.insert('p', 'c', 1, place(1), authority, False) == []
-        assert [[each.kind for each in tree.insert(parent, 'c', 2 + stamp, place(1), authority, False)]
-                for stamp, parent in enumerate('qpq')] == kinds
+        assert [[each.kind for each in tree.insert(
+            parent, 'c', 2 + stamp, place(1), authority, False)]
+            for stamp, parent in enumerate('qpq')] == kinds
     # A static edge does not know its parents of before.
     tree = Tree(100, 50, 30)
     assert [tree.insert(parent, 'c', 0, place(1), several, True) for parent in 'pqp'] == [[]] * 3
