@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Copies of edges for many stamps, compared with single lookups; interpolations; and static edges."""
+"""Copies of edges for many stamps, compared with single lookups; interpolations; static edges."""
 
 import math
 
