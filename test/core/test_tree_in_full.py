@@ -99,7 +99,7 @@ def test_batch_is_appended_up_to_the_first_that_does_not_continue(edges_of):
 
 @pytest.mark.parametrize(('kinds', 'length', 'kept'), [
     (1, 3, 1), (256, 1, 256), (257, 1, 1), (258, 1, 2), (20, 1000, 20), (21, 1000, 1),
-    (41, 1000, 1), (1, 30_000, 1), (3, 15_000, 1)])
+    (41, 1000, 1), (3, 6667, 1), (1, 30_000, 1), (3, 15_000, 1)])
 def test_messages_whose_edges_are_kept_are_limited(kinds, length, kept):
     tree = tree_of(('p', 'c', 10))
     layouts = [Edges([('p', 'c')] * length) for _ in range(kinds)]
