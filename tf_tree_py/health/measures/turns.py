@@ -10,6 +10,7 @@ see ``Steps.aside``. Two publishers leave two tracks, each with regular stamps o
 
 from collections.abc import Iterable, Sequence
 import math
+from operator import mul
 
 import numpy as np
 from tf_tree_py.core.geometry.so3 import Array
@@ -49,11 +50,8 @@ class Turns:
         self.all = self.first = self.last = 0
         self.sizes = Spread()
         self._intervals: tuple[float, float] | None = None
-        # Those of the last samples, and whether they were judged since the last change.
-        self._partial: tuple[float, float] | None = None
-        self._judged = False
+        self._examined = math.inf
         # The last samples: stamps and arrivals, poses, and whether each is aside alone.
-        self._began, self._examined = False, -2 * _OFTEN
         self._times: Stamps = np.empty((2, 0), np.int64)
         self._poses: Array = np.empty((7, 0))
         self._turns: Mask = np.empty(0, bool)
@@ -61,11 +59,7 @@ class Turns:
     @property
     def intervals(self) -> tuple[float, float] | None:
         """Return the intervals of two publishers that alternated at any time, if they did."""
-        if not self._intervals and not self._judged:
-            # A report asks several times, and this takes about a millisecond.
-            self._judged = True
-            self._partial = _intervals_of_two(self._times, self._poses, self._turns)
-        return self._intervals or self._partial
+        return self._intervals or _intervals_of_two(self._times, self._poses, self._turns)
 
     def add(self, steps: Steps) -> None:
         """Add steps; the first and the last two serve only to judge their neighbours."""
@@ -76,7 +70,7 @@ class Turns:
         if useful.any():
             self._add_turns(steps, smaller, slow, useful)
         elif self.all:
-            self._examine(steps, useful)
+            self._examine(steps, useful, begin=0)
 
     def _add_turns(self, steps: Steps, smaller: Array, slow: Mask, useful: Mask) -> None:
         aside = steps.aside
@@ -85,22 +79,21 @@ class Turns:
         aloof = useful & (sizes > _DISPUTE)
         reverse = aloof & (np.add(*steps.sizes_of_two)[1:-1] < _LEFT * smaller)
         turns = reverse | aloof & slow & (rest < _LEFT * sizes)
+        begin = 0 if self.all else int(turns.argmax())
         if turns.any():
             self.all += int(np.count_nonzero(turns))
             self.sizes.add(sizes[turns])
-            received = steps.received[JUDGED][turns]
+            received = steps.received[2:-1][turns]
             self.first, self.last = self.first or int(received[0]), int(received[-1])
         if self.all:
             # Beside a single sample of another publisher, its neighbours go half as far aside.
             around = np.maximum(_sizes(aside[:, :-2]), _sizes(aside[:, 2:]))
-            self._examine(steps, turns & (sizes > _ALONE * around))
+            self._examine(steps, turns & (sizes > _ALONE * around), begin)
 
-    def _examine(self, steps: Steps, turns: Mask) -> None:
-        """Add the second rows of the steps that are judged, from the first turn on."""
+    def _examine(self, steps: Steps, turns: Mask, begin: int) -> None:
+        """Add the second rows of the steps that are judged."""
         if self._intervals:
             return
-        begin = 0 if self._began else int(turns.argmax())
-        self._began = True
         times = np.concatenate([self._times, np.array(
             [steps.stamps[2:-1], steps.received[2:-1]])[:, begin:]], axis=1)
         poses = np.concatenate([self._poses, steps.points[:, 2:-2][:, begin:]], axis=1)
@@ -112,7 +105,6 @@ class Turns:
                     times[:, :_TOGETHER], poses[:, :_TOGETHER], turns[:_TOGETHER])
             times, poses, turns = times[:, _TOGETHER:], poses[:, _TOGETHER:], turns[_TOGETHER:]
         self._times, self._poses, self._turns = times.copy(), poses.copy(), turns.copy()
-        self._judged = False
 
 
 def _sizes(aside: Array) -> Array:
@@ -191,8 +183,8 @@ def _nearest_tracks(points: Array) -> Mask:
 def _at_most_common(points: Array) -> Mask:
     """Return which points are at the pose that occurs most often, such as zero."""
     rounded = np.rint(points / _STILL)
-    _, places, counts = np.unique(np.where(rounded[6] < 0.0, np.concatenate([
-        rounded[:3], -rounded[3:]]), rounded), axis=1, return_inverse=True, return_counts=True)
+    rounded[3:] *= np.copysign(1.0, rounded[6])
+    _, places, counts = np.unique(rounded, axis=1, return_inverse=True, return_counts=True)
     common: Mask = places.ravel() == counts.argmax()
     return common
 
@@ -209,10 +201,8 @@ def _follow(rows: Iterable[Sequence[float]], one: Sequence[float],
 
 
 def _apart(a: Sequence[float], b: Sequence[float]) -> float:
-    """Return the square of the distance; q and -q are one rotation."""
-    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-    same = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6]
-    return x * x + y * y + z * z + 8.0 - 2.0 * abs(same)
+    """Return the square of the distance, less eight; q and -q are one rotation."""
+    return math.dist(a[:3], b[:3]) ** 2 - 2.0 * abs(sum(map(mul, a[3:], b[3:])))
 
 
 def _regular_tracks(stamps: Stamps, points: Array, sides: Mask) -> tuple[float, float] | None:
