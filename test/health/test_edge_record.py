@@ -60,8 +60,7 @@ def test_groups_of_successive_items():
 
 def test_static_edge_without_samples():
     edge = FixedEdge()
-    assert vars(edge) == {'count': 0, 'changes': 0, 'at_once': 0, 'first': 0, 'last': 0,
-                          'gone': 0.0, 'turned': 0.0, '_tail': None}
+    assert facts(edge) == (0, 0, 0, 0, 0, 0.0, 0.0)
 
 
 def facts(edge):
@@ -116,6 +115,14 @@ def test_change_is_more_than_the_precision_of_a_message(far, step, changed):
         assert edge.gone == pytest.approx(abs(step) * changed)
 
 
+def test_coordinates_of_a_rotation_do_not_allow_for_more():
+    rows = rows_of([1, 2], [0, 0], [0.0, 1.05e-6])
+    rows.poses[3:] = [[0.6], [0.0], [0.0], [0.8]]
+    edge = FixedEdge()
+    edge.add(rows)
+    assert edge.changes == 1
+
+
 def test_rotation_and_translation_together_are_a_change():
     for x, angle, changed in ((6e-7, 6e-7, 1), (4e-7, 4e-7, 0), (0.0, 1.2e-6, 1)):
         edge = FixedEdge()
@@ -142,6 +149,7 @@ def test_repeated_stamps_are_counted_and_repeated_samples_left_out():
         assert (edge.timing.duplicates, edge.timing.differing) == (5, 2), parts
         # Eleven rows remain, of whose ten steps seven are judged.
         assert (edge.motion.steps, edge.timing.intervals.count) == (7, 6), parts
+        assert edge.motion.travelled == 9.0
 
 
 @pytest.mark.parametrize('coordinate', range(7))
@@ -182,6 +190,15 @@ def test_samples_of_no_use_are_only_counted():
     assert (edge.timing.count, edge.timing.zeros, edge.motion.steps) == (11, 1, 2)
 
 
+def test_only_samples_with_the_stamp_zero_are_left_out():
+    for stamps in ([-1, 0, 0, 1, 2, 3, 4], [0, 0], [0, 0, -1, 1, 2, 3, 4]):
+        edge = MovingEdge(Thresholds())
+        edge.add(rows_of(BEGIN + np.arange(len(stamps)), stamps, np.arange(len(stamps))), ())
+        assert edge.motion.steps == max(len(stamps) - 6, 0)
+    edge.add(rows_of(BEGIN + 10 + np.arange(5), [5, 5, 6, 7, 8], [9, 8, 7, 6, 5]), ())
+    assert (edge.timing.duplicates, edge.timing.differing, edge.motion.steps) == (1, 1, 6)
+
+
 def test_edges_beside_an_edge_are_kept_up_to_a_number_and_a_length():
     edge, rows = MovingEdge(Thresholds()), rows_of([1], [1])
     long = [('a' * 100, 'b' * 100), ('a' * 101, 'b' * 100), ('a' * 100, 'b' * 101)]
@@ -214,7 +231,7 @@ def lone_of(places, bad, parts):
 
 
 @pytest.mark.parametrize('parts', [[100], [30, 70], [60, 3, 37]])
-@pytest.mark.parametrize('places', [[0], [50], [0, 50], [20, 40], []])
+@pytest.mark.parametrize('places', [[0], [50], [98], [0, 50], [20, 40], []])
 def test_lone_samples_that_are_too_old_are_left_out(places, parts):
     edge, rows = lone_of(places, -5000 * SECOND, parts)
     assert edge.lone == len(places)
@@ -235,9 +252,24 @@ def test_lone_samples_that_are_too_new_are_kept(places):
     assert (edge.lone, edge.first_lone, edge.motion.steps) == (0, None, 96)
 
 
+def test_first_sample_that_is_too_new_is_kept_even_if_the_last_one_is_newer():
+    stamps = BEGIN + np.arange(100) * 10 * SECOND
+    rows = rows_of(stamps, stamps)
+    rows.stamps[0] += 300 * SECOND
+    edge = MovingEdge(Thresholds())
+    edge.add(rows, ())
+    assert (edge.lone, edge.motion.steps) == (0, 96)
+
+
+@pytest.mark.parametrize('parts', [[100], [4, 96], [1, 3, 96], [5, 95]])
+def test_first_sample_is_judged_by_the_four_after_it(parts):
+    edge, rows = lone_of([0, 4], -5000 * SECOND, parts)
+    assert edge.lone == 1 and edge.first_lone.stamps[0] == rows.stamps[4]
+
+
 def test_first_sample_of_a_later_block_is_judged_like_those_between():
     """Only the first sample of all has none before it."""
-    edge, _ = lone_of(slice(0, 46), -5000 * SECOND, [50, 50])
+    edge, _ = lone_of(slice(0, 47), -5000 * SECOND, [50, 50])
     assert (edge.lone, edge.first_lone, edge.motion.steps) == (0, None, 96)
 
 
@@ -310,13 +342,16 @@ def test_changes_of_a_parent():
     assert (parents.switches, parents.last) == (6, 1130)
     parents.add([column('odom', [15]), column('map', [14])])
     assert (parents.switches, parents.last) == (7, 1150)
+    parents.add([column('odom', [16, 17]), column('map', [18])])
+    parents.add([column('map', [19])])
+    assert (parents.switches, parents.first, parents.last) == (8, 1040, 1180)
 
 
 def test_first_parent_is_no_change():
     parents = Parents()
-    parents.add([column_of(rows_of([5, 7], [1, 2]), ('a', 'base'), order=[1, 2]),
-                 column_of(rows_of([4], [1]), ('b', 'base'), order=[0])])
-    assert (parents.switches, parents.first, parents.last) == (1, 5, 5)
+    parents.add([column_of(rows_of([5, 7], [1, 2]), ('a', 'base'), order=[1, 3]),
+                 column_of(rows_of([4, 6], [1, 2]), ('b', 'base'), order=[0, 2])])
+    assert (parents.switches, parents.first, parents.last) == (3, 5, 7)
 
 
 # --- the summary
@@ -362,7 +397,7 @@ def test_symptoms_of_a_static_edge_and_of_one_without_a_clock():
     assert silence_of(edge, 9, timebase) == 3.0
     assert silence_of(edge, 5, timebase) == 0.0
     edge = EdgeRecord('map', 'base')
-    edge.add(column_of(rows_of(range(6, 12), range(5, 11))), Thresholds())
+    edge.add(column_of(rows_of(range(6, 11), range(5, 10))), Thresholds())
     assert symptoms_of(edge, 0, 11, timebase).longest_gap == 1
 
 

@@ -12,7 +12,7 @@ from tf_tree_py.core.stamp import is_silent, NANOSECONDS_PER_SECOND
 from tf_tree_py.core.text import shorten
 
 from .motion import Motion
-from .sample_rows import distances, MessageColumn, Rows, Steps, TAIL, unit_poses
+from .sample_rows import distances, MessageColumn, NO_ROWS, Rows, Steps, TAIL, unit_poses
 from .thresholds import Thresholds
 from .timebase import Timebase
 from .timing import far_steps, Timing
@@ -49,7 +49,7 @@ class MovingEdge:
         self.motion = Motion(limits)
         self.beside: set[Edge] = set()
         self._judged = False
-        self._tail: Rows | None = None
+        self._tail = NO_ROWS
 
     def add(self, rows: Rows, beside: Sequence[Edge]) -> None:
         """Add samples, in order of arrival."""
@@ -62,7 +62,7 @@ class MovingEdge:
             return
         self.motion.add(useful)
         stretch = useful.where(useful.stamps != 0).after(self._tail)
-        stretch = self._without_repeats(stretch, 0 if self._tail is None else len(self._tail))
+        stretch = self._without_repeats(stretch, max(len(self._tail), 1))
         if len(stretch) > TAIL:
             stretch = self._without_lone(stretch)
         # A step is judged by the steps before and after it, so the last rows are used again.
@@ -90,10 +90,10 @@ class MovingEdge:
         """
         Count the repeated stamps; return the rows without those that repeat the pose, too.
 
-        :param begin: the first row that is new.
+        :param begin: the first row that is new, and not the first of all.
         """
         same = np.zeros(len(rows), bool)
-        same[begin or 1:] = np.diff(rows.stamps)[max(begin - 1, 0):] == 0
+        same[begin:] = np.diff(rows.stamps)[begin - 1:] == 0
         if not same.any():
             return rows
         repeats = same.copy()
@@ -120,7 +120,7 @@ class FixedEdge:
         self.count = self.changes = self.at_once = self.first = self.last = 0
         self.gone = self.turned = 0.0
         # The last sample of use.
-        self._tail: Rows | None = None
+        self._tail = NO_ROWS
 
     def add(self, rows: Rows) -> None:
         """Add samples, in order of arrival."""
@@ -130,11 +130,9 @@ class FixedEdge:
             self.first = self.first or int(known[0])
             self.last = int(known[-1])
         useful = rows.of_use().after(self._tail)
-        if not len(useful):
-            return
         self._tail = useful.last(1)
         poses = unit_poses(useful.poses)
-        gone, turned = distances(poses[:, :-1], poses[:, 1:])
+        gone, turned = distances(poses, 1)
         changed = gone + turned > _SAME + _FLOAT32 * np.abs(poses[:3, 1:]).sum(axis=0)
         if changed.any():
             self.changes += int(np.count_nonzero(changed))
@@ -209,11 +207,11 @@ class Parents:
 
     def add(self, columns: Sequence[MessageColumn]) -> None:
         """Add the columns of one child that were gathered together."""
-        if len(columns) == 1 and columns[0].edge[0] == self._last_parent:
+        parents = list(dict.fromkeys(column.edge[0] for column in columns))
+        if parents == [self._last_parent]:
             return
         order = np.concatenate([column.order for column in columns])
         received = np.concatenate([column.rows.received for column in columns])
-        parents = list(dict.fromkeys(column.edge[0] for column in columns))
         which = np.repeat([parents.index(column.edge[0]) for column in columns],
                           [len(column.order) for column in columns])
         arrived = np.argsort(order, kind='stable')

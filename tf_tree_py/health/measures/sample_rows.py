@@ -57,10 +57,8 @@ class Rows:
 
     __bool__ = no_truth
 
-    def after(self, tail: 'Rows | None') -> 'Rows':
+    def after(self, tail: 'Rows') -> 'Rows':
         """Return the last rows of the previous stretch, followed by these rows."""
-        if tail is None:
-            return self
         return Rows(np.concatenate([tail.received, self.received]),
                     np.concatenate([tail.stamps, self.stamps]),
                     np.concatenate([tail.poses, self.poses], axis=1))
@@ -81,6 +79,9 @@ class Rows:
             # The common case: no w is zero, so no quaternion is.
             return self
         return self.where(finite.all(axis=0) & self.poses[3:].any(axis=0))
+
+
+NO_ROWS = Rows(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((7, 0)))
 
 
 class Steps:
@@ -105,7 +106,7 @@ class Steps:
         self.waited = rows.received[1:] - self.received
         self.time = rows.stamps[1:] - self.stamps
         self._poses = unit_poses(rows.poses)
-        self.gone, self.turned = distances(self._poses[:, :-1], self._poses[:, 1:])
+        self.gone, self.turned = distances(self._poses, 1)
         self.size = self.gone + self.turned
 
     @cached_property
@@ -145,7 +146,7 @@ class Steps:
     @cached_property
     def sizes_of_two(self) -> tuple[Array, Array]:
         """Return the same of the steps over two rows, which few edges need."""
-        return distances(self._poses[:, :-2], self._poses[:, 2:])
+        return distances(self._poses, 2)
 
 
 def unit_poses(poses: Array) -> Array:
@@ -153,9 +154,9 @@ def unit_poses(poses: Array) -> Array:
     return judged(poses.T)[0].T
 
 
-def distances(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return the distances of poses (7, N): metres (N,), radians (N,)."""
-    return se3.distance_many(a.T, b.T)
+def distances(poses: Array, over: int) -> tuple[Array, Array]:
+    """Return the distances of poses (7, N) over so many rows: metres, radians, (N - over,)."""
+    return se3.distance_many(poses[:, :-over].T, poses[:, over:].T)
 
 
 @dataclass
@@ -313,14 +314,15 @@ class MessageColumns:
 
 def _joined(columns: Sequence[MessageColumn]) -> MessageColumn:
     """Return the columns of one edge as one column, in order of arrival."""
-    if len(columns) == 1:
-        return columns[0]
+    first, *others = columns
+    if not others:
+        return first
     order = np.concatenate([column.order for column in columns])
     arrived = np.argsort(order, kind='stable')
-    rows = columns[0].rows
-    for column in columns[1:]:
+    rows = first.rows
+    for column in others:
         rows = column.rows.after(rows)
-    return columns[0]._replace(
+    return first._replace(
         rows=rows[arrived], order=order[arrived],
         beside=list(dict.fromkeys(edge for column in columns for edge in column.beside)),
         authorities=frozenset().union(*(column.authorities for column in columns)))
