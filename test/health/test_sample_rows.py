@@ -99,10 +99,10 @@ def test_steps_of_random_samples_are_as_in_plain_python(seed):
         assert np.array(steps.sizes_of_two) == pytest.approx(np.array([
             apart(a[2], b[2]) for a, b in zip(samples, samples[2:], strict=False)]).T, **near)
         points = points_of(samples)
-        assert steps.points.T == pytest.approx(np.array(points), **near)
+        assert steps.points == pytest.approx(np.array(points).T, **near)
         aside = [aside_of(steps.time[place], steps.time[place + 1], points[place:place + 3])
                  for place in range(len(samples) - 2)]
-        assert steps.aside.T == pytest.approx(np.array(aside), **near)
+        assert steps.aside == pytest.approx(np.array(aside).T, **near)
 
 
 @pytest.mark.parametrize('times, x, aside', [
