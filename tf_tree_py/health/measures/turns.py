@@ -202,7 +202,8 @@ def _follow(rows: Iterable[Sequence[float]], one: Sequence[float],
 
 def _apart(a: Sequence[float], b: Sequence[float]) -> float:
     """Return the square of the distance, less eight; q and -q are one rotation."""
-    return math.dist(a[:3], b[:3]) ** 2 - 2.0 * abs(sum(map(mul, a[3:], b[3:])))
+    same: float = sum(map(mul, a[3:], b[3:]))
+    return math.dist(a[:3], b[:3]) ** 2 - 2.0 * abs(same)
 
 
 def _regular_tracks(stamps: Stamps, points: Array, sides: Mask) -> tuple[float, float] | None:
