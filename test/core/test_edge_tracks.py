@@ -236,6 +236,7 @@ def test_linear_interpolation_is_that_of_a_lookup():
 
 def test_subclass_of_linear_is_linear_only_without_poses_of_its_own():
     class Doubled(Linear):
+
         def between(self, samples, index, stamp):
             return tuple(2.0 * value for value in super().between(samples, index, stamp)[:3]) + (
                 0.0, 0.0, 0.0, 1.0)
@@ -260,6 +261,7 @@ def test_subclass_of_linear_is_linear_only_without_poses_of_its_own():
     ((math.nan, 0, 0, 0, 0, 0, 1), r'returned \(nan, .*, which is not finite')])
 def test_interpolation_of_a_user_is_named_where_it_goes_wrong(returned, text):
     class Wrong(Interpolation):
+
         def between(self, samples, index, stamp):
             if isinstance(returned, Exception):
                 raise returned

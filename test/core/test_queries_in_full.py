@@ -139,7 +139,6 @@ def test_all_three_frames_of_a_lookup_through_a_fixed_one_are_checked():
         assert type(error) is LookupException
         assert str(error).startswith(f'"nowhere" passed to lookupTransform argument {name}_frame')
 
-
     for target, source, fixed, name in (('x', 'y', 'map', 'target'), ('x', 'map', 'x', 'target'),
                                         ('map', 'x', 'x', 'source'), ('map', 'x', 'y', 'source')):
         error = caught(buffer.lookup_full, target, 20, source, 20, fixed)

@@ -188,6 +188,7 @@ def test_interpolation_forgets_when_samples_before_the_newest_change():
 
 def test_choosing_an_interpolation_makes_or_keeps_the_history():
     class Other(Linear):
+
         def followed_by(self, other):
             return Last()
 

@@ -171,7 +171,7 @@ def test_refusal_of_a_loop_in_full():
     before = contents(tree)
     assert tree.insert('c', 'r', 10, place(1), 'intruder', False) == [Incident(
         Kind.LOOP, 'c', 'r', 10, 'intruder',
-        "each frame the child of the next, r -> c -> b -> a -> r is a loop; kept: "
+        'each frame the child of the next, r -> c -> b -> a -> r is a loop; kept: '
         "'b' -> 'c' from 'first', 'a' -> 'b' from 'first', 'r' -> 'a' from 'first'. "
         'Two nodes disagree about which frame is the parent: stop one of the publishers')]
     assert contents(tree) == before

@@ -357,7 +357,7 @@ def test_first_parent_is_no_change():
 # --- the summary
 
 def test_symptoms_of_a_moving_edge():
-    edge, timebase = EdgeRecord('map', 'base'), Timebase([])
+    edge, timebase = EdgeRecord('map', 'base'), Timebase([], None)
     received = BEGIN + np.array([0, 10, 20, 30, 40, 70, 80, 90, 100, 110]) * MS
     delays = np.array([1, 2, 3, 4, 9, 5, 6, 7, 8, 10]) * MS
     edge.add(column_of(rows_of(received, received - delays), authorities=['/a', '/b']),
@@ -379,7 +379,7 @@ def test_symptoms_of_a_moving_edge():
 
 
 def test_symptoms_of_a_static_edge_and_of_one_without_a_clock():
-    timebase = Timebase([])
+    timebase = Timebase([], None)
     edge = EdgeRecord('map', 'base')
     edge.add(column_of(rows_of([5, 6], [0, 0]), static=True, authorities=['/a']), Thresholds())
     assert symptoms_of(edge, 1, BEGIN, timebase) == Symptoms(
@@ -407,5 +407,5 @@ def test_edge_that_became_static_is_not_stale(offset, stale):
     stamps = BEGIN + np.arange(10) * 10 * MS
     edge.add(column_of(rows_of(stamps, stamps)), Thresholds())
     edge.add(column_of(rows_of([stamps[-1] + offset], [0]), static=True), Thresholds())
-    assert is_stale(edge, BEGIN + 100 * SECOND, Timebase([])) is stale
-    assert not is_stale(edge, BEGIN + 100 * MS, Timebase([]))
+    assert is_stale(edge, BEGIN + 100 * SECOND, Timebase([], None)) is stale
+    assert not is_stale(edge, BEGIN + 100 * MS, Timebase([], None))

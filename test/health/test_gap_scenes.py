@@ -151,9 +151,9 @@ def test_other_edge_that_is_too_slow_to_show_a_pause():
     assert said('gap', *messages, doctor=Doctor(recorded=True)) == [
         'note a>b | a -> b was silent for 2.000 s after 1700000001.100000000 s; usually it comes '
         'every 100 ms | longest_s=2 usual_s=0.1 after_stamp_s=1700000001.1 | cause: its node '
-        'hung, crashed or was restarted; or the recording or the simulation was paused, because the '
-        'other edges did not come either | fix: check the log of its publisher at that time, if '
-        'nothing was paused: lookups in the gap are interpolated across it']
+        'hung, crashed or was restarted; or the recording or the simulation was paused, because '
+        'the other edges did not come either | fix: check the log of its publisher at that time, '
+        'if nothing was paused: lookups in the gap are interpolated across it']
 
 
 def test_silences_begin_at_once_within_a_second_or_two_intervals():

@@ -16,7 +16,6 @@ from tf_tree_py.core.stamp import from_seconds, silence_allowed
 
 from .pieces import pieces_of
 from ..measures.edge_record import Edge, EdgeRecord, MovingEdge, Parents
-from ..measures.motion import Motion
 from ..measures.spread import median, quantiles
 from ..measures.thresholds import Thresholds
 from ..measures.timebase import arrival_step, ArrivalStep, Timebase
@@ -151,16 +150,11 @@ def _may_correct(moving: MovingEdge, below: Iterable[MovingEdge]) -> bool:
     if motion.moved and motion.travelled <= _FREELY:
         return False
     rests = max(motion.speeds.median, motion.turn_rates.median) <= _FREELY
-    speed, turn_rate = _rates_of(motion)
-    return any(rests and not other.motion.moved or (
-        speed <= max(others[0], _SLOWLY) and turn_rate <= max(others[1], _SLOWLY))
-        for other in below for others in [_rates_of(other.motion)])
-
-
-def _rates_of(motion: Motion) -> tuple[float, ...]:
-    """Return the usual speed and turn rate; a localiser corrects by large steps, but seldom."""
-    return tuple(rate for spread in (motion.speeds, motion.turn_rates)
-                 for rate in spread.at(0.75))
+    # A localiser may correct by large steps, but seldom.
+    speed, turn_rate = motion.speeds.at(0.75)[0], motion.turn_rates.at(0.75)[0]
+    return any(speed <= max(other.motion.speeds.at(0.75)[0], _SLOWLY)
+               and turn_rate <= max(other.motion.turn_rates.at(0.75)[0], _SLOWLY)
+               or rests and not other.motion.moved for other in below)
 
 
 def is_frozen(moving: MovingEdge) -> bool:

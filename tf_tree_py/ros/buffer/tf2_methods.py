@@ -132,7 +132,9 @@ class CoreApi(BufferCore):
                      reference_point: so3.Vector3 = ORIGIN,
                      reference_point_frame: str | None = None) -> VelocityStamped:
         """
-        Return the velocity of one frame relative to another; see ``beyond.motion.twist.lookup_twist``.
+        Return the velocity of one frame relative to another.
+
+        See ``beyond.motion.twist.lookup_twist``.
 
         :param time: an rclpy ``Time``, or a message's; zero is the latest.
         :param averaging_interval: an rclpy ``Duration``.
