@@ -26,7 +26,8 @@ _OPERATORS = {
 _TWINS = {'min': 'max', 'max': 'min', 'any': 'all', 'all': 'any', 'minimum': 'maximum',
           'maximum': 'minimum', 'bisect_left': 'bisect_right', 'bisect_right': 'bisect_left'}
 # With these, the order of the arguments does not matter, or is always the same mistake.
-_UNORDERED = {'min', 'max', 'minimum', 'maximum', 'isclose', 'gcd', 'isinstance', 'issubclass'}
+_UNORDERED = {'min', 'max', 'minimum', 'maximum', 'isclose', 'gcd', 'isinstance', 'issubclass',
+              'suppress'}
 # Calls that only print, or that only a type checker uses.
 _SILENT = re.compile(
     r'(\w+\.)*\w*log(ger)?\.\w+|(\w+\.)?warn(ing)?|print|TypeVar|NewType|ParamSpec')

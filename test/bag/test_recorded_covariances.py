@@ -151,6 +151,17 @@ def test_frames_are_called_as_those_of_the_transforms(tmp_path):
     assert set(buffer.frames()) == {'map', 'odom'} and not buffer.oddities
 
 
+def test_filter_of_edges_holds_for_their_covariances(tmp_path):
+    def is_wanted(parent, child):
+        return (parent, child) != ('odom', 'base')
+
+    buffer = opened(tmp_path, localised(), driven(), mounted(), frames=is_wanted,
+                    covariances=WHEELS)
+    assert {edge.child for edge in buffer.edges()} == {'odom', 'camera'}
+    assert not buffer.oddities
+    assert covariance_of(buffer, 'base', 'camera').any()
+
+
 # --- problems
 
 @pytest.mark.parametrize(('message', 'reason', 'edge', 'sentence'), [

@@ -33,7 +33,7 @@ class Robot:
 
     def rates(self, now):
         return {row.signs.child: row.rate_hz
-                for row in self.monitor.look(now, self.doctor.findings())}
+                for row in self.monitor.look(now, self.doctor.findings(), 0)}
 
 
 def test_rates_are_those_of_the_last_seconds():
@@ -53,7 +53,7 @@ def test_edge_that_ended_has_no_rate_and_is_silent():
     robot.send('a', 1, 5, 10)
     robot.send('b', 2, 9, 10)
     assert robot.rates(0.0) == {'a': 0.0, 'b': pytest.approx(10.0), 'c': 0.0}
-    a, b, c = robot.monitor.look(0.0, robot.doctor.findings())
+    a, b, c = robot.monitor.look(0.0, robot.doctor.findings(), 0)
     assert (a.signs.child, a.severity.value, a.signs.silence) == ('a', 'warning', 4 * SECOND)
     assert (a.signs.delay_p50, a.signs.delay_p95, a.signs.longest_gap) == (
         3_000_000, 3_000_000, SECOND // 10)

@@ -237,6 +237,20 @@ def test_waits_that_nothing_refers_to_are_forgotten_long_before_their_end(second
     assert [name for what, name, _ in calls if what == 'reach'] == [*range(500)]
 
 
+def test_waits_end_in_the_order_of_their_ends_although_others_were_dropped():
+    calls, clock, watch = [], simulated_clock(10.0), ClockWatch(print)
+    watch.use_clock(RosClock(clock))
+    ends = random.Random(5).sample(range(1, 100_000), 600)
+    waits = {}
+    for number, end in enumerate(ends):
+        waits[end] = Noted(calls, end)
+        watch.begin(waits[end], end)
+        if number % 2:
+            del waits[ends[number - 1]]
+    clock.set_ros_time_override(at(11.0))
+    assert [name for _, name, _ in calls] == sorted(waits)
+
+
 def test_whoever_sleeps_is_woken_by_each_release_and_by_nothing_else():
     watch, calls, clock = ClockWatch(print), [], simulated_clock(10.0)
     watch.use_clock(RosClock(clock))

@@ -247,7 +247,7 @@ class Monitor:
         # The times of the last looks, seconds, and the number of samples of each edge by then.
         self._looks: deque[tuple[float, dict[Edge, int]]] = deque()
 
-    def look(self, now: float, findings: Sequence[Finding], clock: int = 0) -> list[Watched]:
+    def look(self, now: float, findings: Sequence[Finding], clock: int) -> list[Watched]:
         """
         Return every edge by severity, the worst first; of one severity, moving edges first.
 

@@ -90,7 +90,7 @@ class CovarianceTopics:
             static = any(connection.has_static_covariances for connection in connections)
             readers = {connection: self._reader(connection, rules, rename_of(connection), tree)
                        for connection in connections}
-            for arrival in self._bag.messages(topic, *(None, None) if static else (start, stop)):
+            for arrival in self._bag.messages(topic, *() if static else (start, stop)):
                 tell(1)
                 connection = arrival.connection
                 yield readers[connection](arrival.data), rules, connection.authority

@@ -163,7 +163,8 @@ class Tree:
         began = history.oldest_stamp
         history.extend(stamps, poses)
         history.authority = authority
-        if began is not None and stamps.min() < began:
+        assert began is not None
+        if stamps.min() < began:
             self._structure_changed()
 
     def replace(self, history: History) -> None:

@@ -24,8 +24,8 @@ import rclpy.logging
 
 def takes_calls(executor: object) -> bool:
     """Return whether another thread may call an executor, to wake it or to give it a task."""
-    cls = getattr(rclpy_implementation, 'EventsExecutor', None)
-    return cls is None or not isinstance(executor, cls) or not has_broken_queue()
+    cls = getattr(rclpy_implementation, 'EventsExecutor', ())
+    return not isinstance(executor, cls) or not has_broken_queue()
 
 
 @cache

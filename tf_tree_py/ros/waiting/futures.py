@@ -226,7 +226,10 @@ class _Awaiter:
         if not isinstance(executor, Executor):
             # An EventsExecutor, which does not check its tasks when it wakes up.
             executor.create_task(task)
-            return
+        else:
+            self._wake(executor, task)
+
+    def _wake(self, executor: Executor, task: Task) -> None:
         # If it is being shut down, there is nothing left to wake.
         with suppress(AttributeError, InvalidHandle):
             executor.wake()
