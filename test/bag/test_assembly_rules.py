@@ -118,9 +118,9 @@ def test_refused_message_is_counted_and_noted():
 
 @pytest.mark.parametrize(('size', 'counts'), [(16_000_000, [2]), (16_000_001, [1, 1])])
 def test_window_is_full_beyond_sixteen_megabytes(size, counts):
-    told, torn = [], bytes(size)
-    Assembler(Decoder(), UNLIMITED).assemble([RecordedMessage(0, TF, torn)] * 2, told.append)
-    assert told == counts
+    counted, torn = [], bytes(size)
+    Assembler(Decoder(), UNLIMITED).assemble([RecordedMessage(0, TF, torn)] * 2, counted.append)
+    assert counted == counts
 
 
 # --- static edges

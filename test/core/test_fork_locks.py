@@ -101,7 +101,8 @@ def work():
     with first:
         held.set()
         assert forking.wait(10)
-        time.sleep(0.05)  # so the fork has some of the others
+        while not any(lock.locked() for lock in others):
+            time.sleep(0)  # until the fork has some of them
         for lock in others:
             lock.acquire()
         for lock in others:

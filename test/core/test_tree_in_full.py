@@ -402,7 +402,7 @@ def test_interpolation_is_chosen_also_before_the_first_sample():
 
 
 class Noted(Companion):
-    """Notes what the tree tells it."""
+    """Notes the calls of the tree."""
 
     def __init__(self):
         self.calls = []
