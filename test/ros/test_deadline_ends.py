@@ -3,6 +3,7 @@
 
 """When a deadline is over, why, and after how long; and which alarms ring, and in which order."""
 
+from collections import deque
 import gc
 import math
 import os
@@ -433,3 +434,24 @@ def test_ten_thousand_cancelled_alarms_take_no_memory(watch, alarms):
     assert len(alarms) == 1
     alarms.forget(first)
     assert len(alarms) == 0
+
+
+@pytest.mark.usefixtures('at_once')
+def test_ten_thousand_alarms_that_rang_in_simulated_time_take_no_memory(watch, clock, alarms):
+    rung = deque(maxlen=1)
+
+    def turns(seconds):
+        for second in seconds:
+            sleepers = [Sleeper(rung, 'a', ClockDeadline(watch, SECOND // 2, None))
+                        for _ in range(500)]
+            for each in sleepers:
+                alarms.add(each, each.deadline)
+            show(clock, second)
+            until(lambda: len(alarms) == 0)
+
+    turns(range(11, 13))
+    gc.collect()
+    blocks = sys.getallocatedblocks()
+    turns(range(13, 33))
+    gc.collect()
+    assert sys.getallocatedblocks() - blocks < 3_000

@@ -238,10 +238,13 @@ class Alarms:
             self._pending[number] = weakref.ref(sleeper)
             if deadline.is_simulated:
                 self._simulated.add(number)
-            heapq.heappush(self._by_wall, (deadline.wall_end, number))
+            end = deadline.wall_end
+            # Of the others the watch calls those that are due: here they would stay for ever.
+            if end < math.inf:
+                heapq.heappush(self._by_wall, (end, number))
             if self._thread is None:
                 self._begin()
-            elif self._by_wall[0][1] == number:
+            elif end < math.inf and self._by_wall[0][1] == number:
                 self._bell.ring()
         # Last: if the time is over already, this calls at once, and the alarm has to be known.
         deadline.call(partial(self._end, number))
