@@ -242,11 +242,11 @@ def test_late_samples_that_do_not_arrive_at_once_were_not_held_back():
     assert 'arrived together' in said('delayed', held_back('a b', apart=1.0))[0]
     assert said('delayed', held_back('a b', apart=1.1)) == [
         'warning a>b | a -> b arrives 1789 ms after its stamp (95 of 100 are earlier; usually 0 '
-        'ms) | p50_delay_s=-0 p95_delay_s=1.78947 count=100']
+        'ms) | p50_delay_s=0 p95_delay_s=1.78947 count=100']
     twice = np.where(np.isin(np.arange(100) // 5, (4, 14)), 0.7, 0.0)
     assert short('delayed', late('a b', twice, 100)) == [
         'warning a>b']
-    # An edge that is usually late is one finding of its own, beside others that were held back.
+    # One finding for the edge that is usually late, another one for those that were held back.
     assert [one.split(' | ')[0] for one in said(
         'delayed', held_back('a b'), late('b c', 0.6, 100))] == [
         'warning b>c',

@@ -89,7 +89,7 @@ class PackedSamples:
                  'late', 'stamps', 'poses', 'parents', '_newest_pose', '_holds_for', '_ends',
                  '_start', '_horizon', '_tidy_after')
 
-    _holds_for: int
+    _holds_for: int  # set with the interpolation, by Samples
 
     def __init__(self, child: str, cache_time: int, authority: str = '') -> None:
         self.child = child

@@ -111,7 +111,7 @@ class Drift(NamedTuple):
 
 def _delays_of(delays: Array) -> Delays:
     early, quarter, usual, three_quarters, late = quantiles(
-        np.sort(delays), (0.05, 0.25, 0.5, 0.75, 0.95))
+        np.sort(delays) + 0.0, (0.05, 0.25, 0.5, 0.75, 0.95))  # + 0.0: zero has no sign
     return Delays(early, usual, late, three_quarters - quarter)
 
 
