@@ -122,8 +122,7 @@ class HistoryMachine(RuleBasedStateMachine):
         was_oldest = self.naive.samples[-1][0] if self.naive.samples else stamp
         pose = pose_number(self.count % 300)
         taken = (packed and parent == self.history.parent
-                 and self.history.append(stamp, np.array(pose).tobytes(),
-                                         pose if self.count % 2 else None))
+                 and self.history.append(stamp, np.array(pose).tobytes()))
         if not taken:
             taken = self.history.insert(stamp, parent, pose)
         assert taken == self.naive.insert(stamp, parent, pose)

@@ -45,13 +45,12 @@ class CorrectedSamples(Samples):
 
     # --- inserting
 
-    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
+    def append(self, stamp: int, pose: bytes) -> bool:
         """Insert the next sample; see ``History.append``."""
         correction = self.corrections.get(self.parent or '')
         if correction is not None:
-            unpacked = correction.moved(stamp, unpacked or unpack_pose(pose))
-            pose = pack_pose(*unpacked)
-        return super().append(stamp, pose, unpacked)
+            pose = pack_pose(*correction.moved(stamp, unpack_pose(pose)))
+        return super().append(stamp, pose)
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
         """Insert a sample; see ``History.insert``."""

@@ -158,7 +158,7 @@ class CurveHistory:
         self.curve, self.authority = curve, authority
         return True
 
-    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
+    def append(self, stamp: int, pose: bytes) -> bool:
         """Return False: a curve takes no sample."""
         return False
 

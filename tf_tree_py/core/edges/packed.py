@@ -12,7 +12,7 @@ The rules:
   ``poses`` and, where these exist, one parent. An exception between the changes of two arrays
   would shift all later samples.
 - Samples before ``first()`` have expired, although they are still there: no lookup may find them.
-- Reading changes ``_start`` and ``_newest_pose``, so lookups hold the buffer's lock, too.
+- Reading changes ``_start``, so lookups hold the buffer's lock, too.
 - No view of the arrays outlives the lock: as long as one exists, they cannot grow, and the next
   insertion raises ``BufferError``. ``copy_between`` returns copies for that reason.
 """
@@ -86,8 +86,8 @@ class PackedSamples:
     """
 
     __slots__ = ('child', 'parent', 'newest_stamp', 'latest_stamp', 'authority', 'cache_time',
-                 'late', 'stamps', 'poses', 'parents', '_newest_pose', '_holds_for', '_ends',
-                 '_start', '_horizon', '_tidy_after')
+                 'late', 'stamps', 'poses', 'parents', '_holds_for', '_ends', '_start', '_horizon',
+                 '_tidy_after')
 
     _holds_for: int  # set with the interpolation, by Samples
 
@@ -116,8 +116,6 @@ class PackedSamples:
         self.parent: str | None = None
         self.newest_stamp: int | None = None
         self.latest_stamp: int | None = None
-        # The newest pose; None until it is unpacked, when first needed.
-        self._newest_pose: PoseTuple | None = None
         self.stamps = array('q')
         self.poses = array('d')
         self.parents: list[str] | None = None
@@ -130,12 +128,11 @@ class PackedSamples:
         self._horizon = BEGINNING
         self._tidy_after = BEGINNING
 
-    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
+    def append(self, stamp: int, pose: bytes) -> bool:
         """
         Insert the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
-        :param unpacked: the same as a tuple of plain floats, if the caller has it.
         :return: False in other cases, without any change: see ``insert``.
         """
         latest = self.newest_stamp
@@ -149,7 +146,6 @@ class PackedSamples:
         self.newest_stamp = self.latest_stamp = stamp
         if self._holds_for:
             self.latest_stamp = self._last_held()
-        self._newest_pose = unpacked
         return True
 
     def insert(self, stamp: int, parent: str, pose: PoseTuple) -> bool:
@@ -210,7 +206,6 @@ class PackedSamples:
         self.poses.frombytes(memoryview(np.ascontiguousarray(poses)).cast('B'))
         self.newest_stamp = self.stamps[-1]
         self.latest_stamp = self._last_held()
-        self._newest_pose = None
         if latest > self._tidy_after:
             self._tidy(latest)
 
@@ -300,7 +295,6 @@ class PackedSamples:
         # Not in place, because the memory of a file cannot be changed.
         self.poses = array('d', self.poses[:self.first() * POSE_FLOATS])
         self.poses.frombytes(poses.tobytes())
-        self._newest_pose = None
 
     def has_named(self, parent: str) -> bool:
         """Return whether a stored sample has a given parent."""
@@ -324,7 +318,6 @@ class PackedSamples:
             self.parents.append(parent)
         self.newest_stamp = stamp
         self.latest_stamp = self._last_held()
-        self._newest_pose = pose
         self.parent = parent
 
     def _last_held(self) -> int:

@@ -173,12 +173,11 @@ class History(Protocol):
 
     # --- inserting
 
-    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
+    def append(self, stamp: int, pose: bytes) -> bool:
         """
         Insert the next sample with the same parent as all before it: the common case.
 
         :param pose: seven doubles in the machine's byte order.
-        :param unpacked: the same as a tuple of plain floats, if the caller has it.
         :return: False in other cases, without any change: see ``insert``.
         """
 

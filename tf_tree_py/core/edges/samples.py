@@ -107,10 +107,7 @@ class Samples(PackedSamples):
             ended then.
         """
         if stamp == self.newest_stamp:
-            latest = self._newest_pose
-            if latest is None:
-                latest = self._newest_pose = unpack_pose(self.poses, -POSE_BYTES)
-            return latest
+            return unpack_pose(self.poses, -POSE_BYTES)
         stamps, start = self.stamps, self._start
         after = bisect_right(stamps, stamp, start)
         if (not start < after < len(stamps)

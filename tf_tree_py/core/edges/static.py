@@ -77,7 +77,7 @@ class StaticHistory:
         """Return whether this is the parent."""
         return parent == self.parent
 
-    def append(self, stamp: int, pose: bytes, unpacked: PoseTuple | None = None) -> bool:
+    def append(self, stamp: int, pose: bytes) -> bool:
         """Return False: a static edge has no next sample."""
         return False
 

@@ -85,7 +85,7 @@ class Tree:
         parent, child, stamp, pose = sample
         history = self.histories.get(child)
         if (history is None or history.parent != parent or not is_sound(pose)
-                or not history.append(stamp, pack_pose(*pose), pose)):
+                or not history.append(stamp, pack_pose(*pose))):
             return False
         history.authority = authority
         return True
