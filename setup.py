@@ -3,13 +3,12 @@ import os
 from pathlib import Path
 import re
 import shutil
+import sys
 import sysconfig
 from xml.etree import ElementTree
 
 from setuptools import Extension, find_packages, setup
-from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
-from setuptools.errors import SetupError
 
 # colcon runs a link to this file.
 repository = Path(__file__).resolve().parent
@@ -94,42 +93,31 @@ class BuildAfresh(build_py):
         super().run()
 
 
-# What mypyc compiles if TF_TREE_PY_COMPILE is set: a file that imports only the standard library.
-formulas = f'{package_name}/core/geometry/chain.py'
-compiling = os.environ.get('TF_TREE_PY_COMPILE', '0') not in ('', '0')
+def can_compile() -> bool:
+    """Return whether there are a C compiler and Python's headers."""
+    compiler, *_ = f'{os.environ.get("CC", sysconfig.get_config_var("CC") or "")} cc'.split()
+    return os.name == 'nt' or (shutil.which(compiler) is not None and Path(
+        sysconfig.get_path('include'), 'Python.h').exists())
 
 
-def translated_formulas() -> 'list[Extension]':
-    """Return the formulas as C; as Python without mypyc, which pip installs after a first run."""
-    try:
-        from mypyc.build import mypycify
-    except ImportError:
-        return [Extension(formulas.removesuffix('.py').replace('/', '.'), [formulas])]
-    # The settings in pyproject.toml, and the packages around the file, need other packages.
-    extensions = mypycify(['--config-file=', '--follow-imports=skip', '--strict', formulas],
-                          debug_level='0', target_dir='build/formulas')
-    for extension in extensions:
-        # Otherwise compilers for ARM round a product and a sum once, where Python rounds twice.
-        extension.extra_compile_args.append('-ffp-contract=off')
-    return extensions
+def extensions() -> 'list[Extension]':
+    """
+    Return the formulas of lookups in C, or nothing where Python computes them.
 
-
-class CompileFormulas(build_ext):
-    """Compile the formulas, or say in one sentence what is missing for that."""
-
-    def run(self) -> None:
-        """Check what the compilation needs, and compile."""
-        compiler = (os.environ.get('CC') or sysconfig.get_config_var('CC') or 'cc').split()[0]
-        headers = Path(sysconfig.get_path('include'), 'Python.h')
-        if shutil.which(compiler) is None:
-            raise SetupError(f'TF_TREE_PY_COMPILE needs a C compiler, and there is no {compiler}: '
-                             'sudo apt install build-essential')
-        if not headers.exists():
-            raise SetupError('TF_TREE_PY_COMPILE needs the headers of Python, and there is no '
-                             f'{headers}: sudo apt install python3-dev')
-        if self.extensions[0].sources == [formulas]:
-            raise SetupError('TF_TREE_PY_COMPILE needs mypyc: pip install mypy')
-        super().run()
+    If the compiler fails, setuptools warns, and goes on without an optional extension.
+    """
+    if (os.environ.get('TF_TREE_PY_PURE', '0') not in ('', '0')
+            or sys.implementation.name != 'cpython'
+            or sysconfig.get_config_var('Py_GIL_DISABLED') or not can_compile()):
+        return []
+    # Otherwise compilers for ARM round a product and a sum once, where Python rounds twice.
+    exact = ['-ffp-contract=off']
+    if sys.platform == 'darwin':
+        # It computes the sine and the cosine of an angle together, maybe with other last bits.
+        exact += ['-fno-builtin-sin', '-fno-builtin-cos']
+    in_c = f'{package_name}.core.tree.path_in_c'
+    return [Extension(in_c, [f'{in_c.replace(".", "/")}.c'], optional=True,
+                      extra_compile_args=[] if os.name == 'nt' else exact)]
 
 
 def as_read_elsewhere(readme: str) -> str:
@@ -152,10 +140,8 @@ def as_read_elsewhere(readme: str) -> str:
 
 setup(
     name=package_name,
-    cmdclass={'build_py': BuildAfresh, 'build_ext': CompileFormulas if compiling else build_ext},
-    ext_modules=translated_formulas() if compiling else [],
-    # pip installs it for this build only.
-    setup_requires=['mypy>=1.15'] if compiling else [],
+    cmdclass={'build_py': BuildAfresh},
+    ext_modules=extensions(),
     version='0.1.0',
     description=manifest.findtext('description'),
     long_description=as_read_elsewhere((repository / 'README.md').read_text(encoding='utf-8')),
@@ -181,7 +167,7 @@ setup(
     packages=find_packages(include=[package_name, f'{package_name}.*']),
     package_data={
         package_name: ['py.typed', 'view/page/*.js', 'interfaces/tf2_msgs/*.*',
-                       'interfaces/tf2_msgs/*/*']},
+                       'interfaces/tf2_msgs/*/*', 'core/tree/path_in_c.pyi']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),

@@ -28,17 +28,16 @@ class Worker:
     It ends on ``close``. It also ends when this process ends, because its input closes.
     """
 
-    def __init__(self, command: Sequence[str], environment: Mapping[str, str] | None = None,
-                 folder: str | os.PathLike[str] | None = None) -> None:
+    def __init__(self, command: Sequence[str],
+                 environment: Mapping[str, str] | None = None) -> None:
         """
         Start the process.
 
         :param environment: its complete environment; None: that of this process.
-        :param folder: the sources that it imports; None: those of this process.
         """
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment,
-            cwd=folder or os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+            cwd=os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
     def call(self, verb: str, /, **arguments: Any) -> Any:
         """

@@ -108,16 +108,3 @@ copy_sources() {
     tar --extract --directory "$1"
 }
 
-# make_compiled_copy FOLDER: make FOLDER a copy of the sources with compiled formulas, by the Python of
-# `scripts/setup --compiled`, which has run.
-make_compiled_copy() {
-  local python=$workspace/compiled/bin/python log=$workspace/log/formulas.log
-  say "compiling the formulas for $("$python" --version)"
-  copy_sources "$1"
-  if ! (cd "$1" && env -u PYTHONPATH TF_TREE_PY_COMPILE=1 "$python" setup.py --quiet build_ext --inplace) \
-    >"$log" 2>&1; then
-    say "that failed; the end of $log:"
-    tail -n 25 "$log" >&3
-    return 1
-  fi
-}

@@ -11,6 +11,8 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
+import tarfile
 from xml.etree import ElementTree
 import zipfile
 
@@ -51,14 +53,24 @@ def test_every_program_says_its_version_and_whether_its_formulas_are_compiled(ca
         0, f'tf_tree_py {PACKAGE.version} ({how})\n', '')
 
 
-def test_compilation_without_a_compiler_says_so_in_one_sentence(tmp_path):
-    pytest.importorskip('mypyc', reason='needs mypy')
-    done = completed(sys.executable, 'setup.py', 'build_ext', cwd=copied_sources(tmp_path),
-                     env={**os.environ, 'TF_TREE_PY_COMPILE': '1', 'CC': 'no-such-compiler -O2'})
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == (
-        'error: TF_TREE_PY_COMPILE needs a C compiler, and there is no no-such-compiler: '
-        'sudo apt install build-essential')
+@pytest.mark.parametrize(('variables', 'how'), [
+    ({'CC': 'no-such-compiler -O2'}, 'pure Python'), ({'CC': 'false'}, 'pure Python'),
+    ({'TF_TREE_PY_PURE': '1'}, 'pure Python'), ({}, 'compiled formulas')])
+def test_package_is_built_with_and_without_a_compiler(variables, how, tmp_path):
+    environment = {name: value for name, value in os.environ.items()
+                   if name not in ('CC', 'PYTHONPATH', 'TF_TREE_PY_PURE')}
+    done = completed(sys.executable, 'setup.py', 'build', '--build-lib', tmp_path / 'built',
+                     cwd=copied_sources(tmp_path), env={**environment, **variables})
+    assert done.returncode == 0, done.stderr
+    has_headers = Path(sysconfig.get_path('include'), 'Python.h').exists()
+    assert ('failed' in done.stdout + done.stderr) == (
+        has_headers and variables == {'CC': 'false'})
+    if not variables and not [*tmp_path.glob('built/tf_tree_py/core/tree/*.so')]:
+        pytest.skip('needs a C compiler and the headers of Python')
+    said = completed(sys.executable, '-c', 'from tf_tree_py.command.arguments import Parser; '
+                     'Parser("program", "").parse(["--version"])', cwd=tmp_path,
+                     env={**environment, 'PYTHONPATH': str(tmp_path / 'built')})
+    assert (said.stdout.strip().partition('(')[2], said.stderr) == (f'{how})', '')
 
 
 def test_package_that_is_not_installed_has_no_version(tmp_path):
@@ -93,7 +105,7 @@ def copied_sources(folder):
 @pytest.fixture(scope='module')
 def wheel(tmp_path_factory):
     """
-    Return the wheel that pip builds from a copy of the sources with leftovers of an earlier build.
+    Return the pure wheel that pip builds from a copy of the sources with leftovers of a build.
 
     The copy declares the address of the repository.
     """
@@ -107,7 +119,7 @@ def wheel(tmp_path_factory):
     left.touch()
     done = completed(sys.executable, '-m', 'pip', 'wheel', '--quiet', '--no-deps',
                      '--no-build-isolation', '--disable-pip-version-check', '--wheel-dir',
-                     source.parent, source)
+                     source.parent, source, env={**os.environ, 'TF_TREE_PY_PURE': '1'})
     assert done.returncode == 0, done.stderr
     [wheel] = source.parent.glob('*.whl')
     return zipfile.ZipFile(wheel)
@@ -116,11 +128,23 @@ def wheel(tmp_path_factory):
 def test_wheel_has_what_is_in_the_package_and_nothing_else(wheel):
     there = {path.relative_to(REPOSITORY).as_posix()
              for path in REPOSITORY.glob('tf_tree_py/**/*')
-             if path.is_file() and not NOT_SOURCES(path.parent, path.parts)}
+             if path.is_file() and path.suffix != '.c'
+             and not NOT_SOURCES(path.parent, path.parts)}
     names = {name for name in wheel.namelist() if '.dist-info/' not in name}
     assert {name for name in names if name.startswith('tf_tree_py/')} == there
     share = f'tf_tree_py-{PACKAGE.version}.data/data/share/'
     assert {name for name in names if not name.startswith(share)} == there
+
+
+def test_archive_of_the_sources_has_the_formulas_in_c(tmp_path):
+    source = copied_sources(tmp_path)
+    shutil.copy(REPOSITORY / 'MANIFEST.in', source)
+    done = completed(sys.executable, 'setup.py', 'sdist', '--dist-dir', tmp_path, cwd=source,
+                     env={**os.environ, 'TF_TREE_PY_PURE': '1'})  # as scripts/package makes it
+    assert done.returncode == 0, done.stderr
+    with tarfile.open(tmp_path / f'tf_tree_py-{PACKAGE.version}.tar.gz') as archive:
+        names = {name.partition('/')[2] for name in archive.getnames()}
+    assert {'tf_tree_py/core/tree/path_in_c.c', 'setup.py', 'package.xml'} <= names
 
 
 def test_wheel_has_the_licence(wheel):
@@ -185,9 +209,8 @@ def test_extras_that_are_advised_are_there():
 
 # --- colcon
 
-@pytest.mark.parametrize(('options', 'seen'), [
-    ([], 'pure Python'), (['--symlink-install'], 'edited')], ids=['copies', 'links'])
-def test_colcon_builds_without_a_warning_what_ros2_runs(options, seen, tmp_path):
+@pytest.mark.parametrize('options', [[], ['--symlink-install']], ids=['copies', 'links'])
+def test_colcon_builds_without_a_warning_what_ros2_runs(options, tmp_path):
     """Only links show an edit of the sources without another build."""
     # Without bytecode, setuptools warns of that.
     env = {**standin_env(), 'PYTHONDONTWRITEBYTECODE': '', 'COLCON_HOME': str(tmp_path)}
@@ -203,11 +226,13 @@ def test_colcon_builds_without_a_warning_what_ros2_runs(options, seen, tmp_path)
     built = output_of(f'colcon --log-base /dev/null build --paths source {" ".join(options)}')
     assert '1 package finished' in built
     assert 'stderr' not in built, built
-    (source / 'tf_tree_py' / 'command' / 'arguments.py').write_text(
-        (source / 'tf_tree_py' / 'command' / 'arguments.py').read_text().replace(
-            'pure Python', 'edited'))
+    file = source / 'tf_tree_py' / 'command' / 'arguments.py'
+    file.write_text(file.read_text().replace('compiled formulas', 'edited').replace(
+        'pure Python', 'edited'))
     output = output_of('. install/local_setup.bash && ros2 run tf_tree_py tf_echo --version')
-    assert output == f'tf_tree_py {PACKAGE.version} ({seen})\n'
+    version, _, how = output.partition(' (')
+    assert version == f'tf_tree_py {PACKAGE.version}'
+    assert how in (['edited)\n'] if options else ['compiled formulas)\n', 'pure Python)\n'])
 
 
 # --- dependencies that rosdep installs

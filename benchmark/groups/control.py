@@ -11,6 +11,7 @@ import time
 from .listening import start
 from .. import motion
 from ..effort import Effort
+from ..peers import compiled
 from ..peers.finding import Contestants
 from ..rows import COMPILED, OURS, Row, TF2_ROS
 from ..worker import Worker
@@ -36,7 +37,7 @@ def control(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure a loop of 100 Hz that looks up the transform of 30 ms ago over ten edges."""
     ways: dict[str, Callable[[], Worker]] = {OURS: partial(start, 'control_loop', OURS)}
     if contestants.compiled:
-        ways[COMPILED] = partial(ways[OURS], folder=contestants.compiled.folder)
+        ways[COMPILED] = partial(ways[OURS], environment=compiled.environment())
     if contestants.tf2_ros:
         ways[TF2_ROS] = partial(start, 'control_loop', TF2_ROS)
     for transforms, rate_hz, listens in STREAMS:

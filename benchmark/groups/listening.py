@@ -3,9 +3,8 @@
 
 """The CPU cost of listening to /tf, in a process that does nothing else."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from pathlib import Path
 import sys
 import time
 
@@ -60,10 +59,11 @@ def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort:
     return row
 
 
-def start(process: str, *arguments: str, folder: Path | None = None) -> Worker:
-    """Start one of ``processes`` in this Python, with the sources of a folder; None: these."""
+def start(process: str, *arguments: str,
+          environment: Mapping[str, str] | None = None) -> Worker:
+    """Start one of ``processes`` in this Python, with another environment than this process."""
     command = [sys.executable, '-m', f'benchmark.processes.{process}', *arguments]
-    return Worker(command, folder=folder)
+    return Worker(command, environment)
 
 
 class Round:

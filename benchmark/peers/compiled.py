@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-tf_tree_py with compiled formulas, in a process: a process can import only one tf_tree_py.
+tf_tree_py with compiled formulas, in a process: this process itself computes in Python.
 
-``python -m benchmark.peers.compiled`` serves it. ``scripts/bench`` makes the compiled copy of the
-sources, and gives its folder in an environment variable.
+``python -m benchmark.peers.compiled`` serves it.
 """
 
 import os
-from pathlib import Path
 import sys
 
 from tf_tree_py.core import COMPILED
@@ -18,47 +16,28 @@ from .ours import OurBuffer
 from .remote import RemotePeer, serve_exercises
 from ..worker import Worker, WorkerError
 
-_FOLDER = 'TF_TREE_PY_COMPILED_COPY'
+
+def environment() -> dict[str, str]:
+    """Return that of this process, but with compiled formulas."""
+    return {name: value for name, value in os.environ.items() if name != 'TF_TREE_PY_PURE'}
 
 
-class Compiled(RemotePeer):
-    """
-    The process.
-
-    :ivar folder: the compiled copy of the sources.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        """
-        Start the process.
-
-        :raises WorkerError: the formulas of the copy are not compiled for this Python.
-        """
-        super().__init__(Worker([sys.executable, '-m', __name__], folder=folder))
-        self.folder = folder
-        try:
-            self.worker.call('begin', name='probe', task=['chain1', 1.0, False, 1])
-        except WorkerError:
-            self.worker.close()
-            raise
-
-
-def find() -> Compiled:
+def find() -> RemotePeer:
     """
     Return the process.
 
-    :raises ImportError: there is no compiled copy; the message contains the remedy.
+    :raises ImportError: this Python has no compiled formulas.
     """
-    folder = os.environ.get(_FOLDER)
-    if not folder:
-        raise ImportError('scripts/bench could not compile the formulas')
+    peer = RemotePeer(Worker([sys.executable, '-m', __name__], environment()))
     try:
-        return Compiled(Path(folder))
+        peer.worker.call('begin', name='probe', task=['chain1', 1.0, False, 1])
     except WorkerError as error:
-        raise ImportError(f'the formulas in {folder} are not compiled for this Python') from error
+        peer.worker.close()
+        raise ImportError('no compiled formulas were built: see docs/installing.md') from error
+    return peer
 
 
 if __name__ == '__main__':
     if not COMPILED:
-        sys.exit(f'the formulas in {os.getcwd()} are not compiled')
+        sys.exit('the formulas are not compiled')
     serve_exercises(OurBuffer)

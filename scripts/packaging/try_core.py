@@ -4,7 +4,7 @@
 """
 The first steps of a new user, in a venv with this package and its dependencies.
 
-python try_core.py [--compiled]: the formulas must be compiled, or not.
+python try_core.py [--compiled]: the formulas of lookups must be compiled, or not.
 """
 
 from pathlib import Path

@@ -185,22 +185,17 @@ def constant(i):
 
 @pytest.mark.parametrize('source', ['', 's', 'm', 'ss', 'sms', 'mssm', 'ssmss'])
 @pytest.mark.parametrize('target', ['', 'm', 'ss', 'ssm', 'mss'])
-def test_samples_along_a_path_are_those_of_each_step(source, target):
+def test_path_has_each_step_and_successive_static_edges_are_one_part(source, target):
     up, down = edges_down(source), edges_down(target)
     path = Path(up, down)
-    below, above, poses = path.samples_at(5)
-    assert poses == [place(10 ** i) for i in (*range(len(down)), *reversed(range(len(up))))]
-    assert poses == [step.history.sample(5) for step in path.steps()]
-    for parts, edges in ((below, up), (above, down)):
-        kinds = target if edges is down else source
-        # Successive static edges are one.
-        assert len(parts) == kinds.count('m') + sum(len(run) > 0 for run in kinds.split('m'))
-        assert math.fsum(pose[0] for pose in parts) == sum(10 ** i for i in range(len(edges)))
+    assert [step.history.sample(5) for step in path.steps()] == [
+        place(10 ** i) for i in (*range(len(down)), *reversed(range(len(up))))]
     assert path.pose_at(5)[0] == sum(10 ** i for i in range(len(up))) - sum(
         10 ** i for i in range(len(down)))
-    tracks = path.tracks(2, 7)
-    assert [[track.at(np.array([5])).ravel().tolist() for track in branch] for branch in tracks] \
-        == [[list(pose) for pose in branch] for branch in (below, above)]
+    for parts, edges, kinds in zip(path.tracks(2, 7), (up, down), (source, target), strict=True):
+        assert len(parts) == kinds.count('m') + sum(len(run) > 0 for run in kinds.split('m'))
+        assert math.fsum(part.at(np.array([5]))[0, 0] for part in parts) == sum(
+            10 ** i for i in range(len(edges)))
 
 
 def test_static_edges_are_composed_in_their_order():

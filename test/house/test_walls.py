@@ -8,6 +8,7 @@ from collections import Counter
 import graphlib
 from importlib.util import find_spec
 from pathlib import Path
+import re
 import subprocess
 import sys
 
@@ -44,6 +45,12 @@ def test_core_is_read_in_an_afternoon_and_no_file_is_long():
         'in 41: move code to a layer above, or change the numbers in docs/heart.md, '
         'docs/index.md, README.md and here')
     assert [name for name, size in sizes.items() if size.lines > 450] == []
+
+
+def test_c_is_one_short_file():
+    [file] = house.PACKAGE.rglob('*.c')
+    code = re.sub(r'/\*.*?\*/', '', file.read_text(), flags=re.DOTALL)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 250
 
 
 # Folders of tests of something else than a layer: the whole package, and what is beside it.

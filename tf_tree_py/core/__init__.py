@@ -23,13 +23,14 @@ from .errors import (
     TransformException,
     TreeFileError,
 )
-from .geometry import chain, se3
+from .geometry import se3
 from .geometry.pose import Pose, Poses
 from .messages import wire
 from .messages.incidents import Incident, Kind, RefusedException, Statistics, TransformWarning
 from .messages.sample import Sample
 from .stamp import as_seconds, from_seconds, LATEST, UNLIMITED
 from .tree.edge_info import EdgeInfo
+from .tree.path import COMPILED
 from .tree.queries import PlainSnapshot
 
 __all__ = [
@@ -65,6 +66,3 @@ __all__ = [
     'UNLIMITED',
     'wire',
 ]
-
-COMPILED = not chain.__file__.endswith(('.py', '.pyc'))
-"""Whether the formulas of lookups are compiled; see ``TF_TREE_PY_COMPILE`` in ``setup.py``."""

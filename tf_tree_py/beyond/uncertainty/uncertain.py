@@ -27,7 +27,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamps
-from tf_tree_py.core.tree.path import Step
+from tf_tree_py.core.tree.path import Path, sample_of, Step
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.edges import Bytes
 
@@ -175,13 +175,35 @@ def errors_on_fixed_path(tree: Tree, target: str, source: str, stamp: int,
         if path is None:
             return None
         found = path.latest_common_time() if stamp == LATEST else stamp
-        down, up, poses = path.samples_at(found)
+        down, up, poses = _samples_of(path, found)
     except TransformException:
         return None
     here, errors = _along(tree, path.steps(), poses, found, independent)
     # If all edges lead down one by one, ``join_branches`` would return the same again. Otherwise
     # it rounds differently, and the pose is that of ``lookup`` to the last bit.
     return found, here if len(down) == len(poses) else join_branches(down, up), errors
+
+
+def _samples_of(path: Path, stamp: int) -> tuple[list[PoseTuple], list[PoseTuple],
+                                                 list[PoseTuple]]:
+    """
+    Return the samples of both branches, and ``parent_T_child`` of each of the path's steps.
+
+    The branches are the arguments of ``join_branches``.
+
+    :raises ExtrapolationException: an edge has no data for the stamp.
+    """
+    steps = path.steps()
+    down = [sample_of(part, stamp) for part in path.source_parts]
+    up = [sample_of(part, stamp) for part in path.target_parts]
+    poses = [*reversed(up), *down]
+    if len(poses) == len(steps):
+        return down, up, poses
+    # Successive static edges are one part.
+    parts = zip((*reversed(path.target_parts), *path.source_parts), poses, strict=True)
+    moving = iter([pose for part, pose in parts if not part.is_static])
+    return down, up, [step.history.sample(stamp) if step.history.is_static else next(moving)
+                      for step in steps]
 
 
 def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
@@ -195,7 +217,7 @@ def errors_at(tree: Tree, target: str, source: str, stamp: int, newest: bool,
     if target == source or is_certain(tree):
         return EdgeErrors()
     steps = steps_between(tree, target, source, None if newest and stamp == LATEST else stamp)
-    poses = [step.history.sample(stamp) for step in steps]
+    poses = [sample_of(step.history, stamp) for step in steps]
     return _along(tree, steps, poses, stamp, independent)[1]
 
 

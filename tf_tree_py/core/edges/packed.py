@@ -13,6 +13,7 @@ The rules:
   would shift all later samples.
 - Samples before ``first()`` have expired, although they are still there: no lookup may find them.
 - Reading changes ``_start``, so lookups hold the buffer's lock, too.
+- ``tree/path_in_c.c`` reads the slots and the memory of ``Samples``: see ``tree/path``.
 - No view of the arrays outlives the lock: as long as one exists, they cannot grow, and the next
   insertion raises ``BufferError``. ``copy_between`` returns copies for that reason.
 """

@@ -99,7 +99,8 @@ class Samples(PackedSamples):
 
         If these have different parents, the older sample is valid until the newer begins. After
         the newest sample, its pose is returned for as long as the interpolation holds it. The
-        cost is O(log n) in the number of stored samples.
+        cost is O(log n) in the number of stored samples. ``tree/path_in_c.c`` repeats the usual
+        cases.
 
         :param stamp: nanoseconds; 0 is an ordinary stamp.
         :return: ``parent_T_child``, metres and unit quaternion.

@@ -24,7 +24,7 @@ from ..times import Stamps
 class StaticHistory:
     """One edge that never moves; see ``History``."""
 
-    __slots__ = ('child', 'parent', 'pose', 'authority')
+    __slots__ = ('child', 'parent', 'pose', 'authority')  # tree/path_in_c.c reads the pose
 
     described_as = 'static'
     is_static = True

@@ -4,27 +4,23 @@
 """
 The formulas of every lookup: poses along a chain, interpolated, multiplied and inverted.
 
-Lookups spend most of their time here, so this is what ``TF_TREE_PY_COMPILE=1`` compiles, from
-this source. Poses are tuples of seven plain floats, as in ``se3``, which has all formulas for
-poses. Compiled functions accept only tuples, and only lists where lists are named. Pure functions:
-no state, any thread.
+Poses are tuples of seven plain floats, as in ``se3``, which has all formulas for poses. Pure
+functions: no state, any thread.
+
+Lookups spend most of their time here, so ``tree/path_in_c.c`` repeats ``join_branches`` and
+``between_samples`` in C, to the last bit: a change of one is a change of both.
 """
 
 from math import acos, cos, sin, sqrt
-from typing import Final
 
 Quaternion = tuple[float, float, float, float]
 PoseTuple = tuple[float, float, float, float, float, float, float]
-# Two successive samples in a history's memory.
-_PosePair = tuple[float, float, float, float, float, float, float,
-                  float, float, float, float, float, float, float]
 
-# Not Final, because mypyc loses a Final that is a tuple.
 IDENTITY: PoseTuple = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 # Rotations whose quaternions have a smaller dot product are half a turn apart, except for
 # rounding.
-HALF_TURN: Final = 1e-15
+HALF_TURN = 1e-15
 
 
 def join_branches(top_T_source: list[PoseTuple], top_T_target: list[PoseTuple]) -> PoseTuple:
@@ -90,7 +86,7 @@ def inverse(a_T_b: PoseTuple) -> PoseTuple:
     )
 
 
-def between_samples(pair: _PosePair, stamp: int, first: int, last: int) -> PoseTuple:
+def between_samples(pair: tuple[float, ...], stamp: int, first: int, last: int) -> PoseTuple:
     """
     Return the pose between two successive samples.
 

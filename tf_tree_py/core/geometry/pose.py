@@ -11,7 +11,8 @@ many poses are recognised by their shape: (..., 3) are points, (..., 7) poses, (
 matrices.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 import math
 from typing import Any, Literal, NamedTuple, overload
 
@@ -357,3 +358,7 @@ class Pose(NamedTuple):
 def _as_one(result: Poses | Array) -> Pose | Poses | Array:
     """Return a single pose as a ``Pose``, and anything else unchanged."""
     return Pose(*result.tolist()) if isinstance(result, Poses) and result.ndim == 1 else result
+
+
+pose_of: Callable[[se3.PoseTuple], Pose] = partial(tuple.__new__, Pose)
+"""Return a tuple of seven numbers as a ``Pose``, unchecked, in less time than ``Pose._make``."""

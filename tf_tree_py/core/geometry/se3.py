@@ -7,7 +7,7 @@ Rigid transforms as seven floats: x, y, z, qx, qy, qz, qw; metres, unit quaterni
 The scalar form works on tuples of plain floats, the form whose name ends in ``_many`` on arrays
 (..., 7). Each formula is written once per form, next to each other, and a test checks that they
 are equal. ``pose`` wraps the scalar form in a class with ``@``; rotations are in ``so3``. The
-formulas of a lookup are in ``chain``, because they can be compiled.
+formulas of a lookup are in ``chain``, because they also exist in C.
 
 A pose named ``a_T_b`` transforms coordinates in b to coordinates in a, so inner names cancel:
 ``a_T_c = compose(a_T_b, b_T_c)`` and ``a_p = apply(a_T_b, b_p)``.

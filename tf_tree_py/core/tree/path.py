@@ -6,16 +6,21 @@ The edges between two frames, prepared for composition at any stamp.
 
 This file only computes along a known path; ``path_finder`` finds the edges. A ``Path`` refers to
 the tree's histories, so it is used with the buffer's lock, and only until the structure changes.
+
+``path_in_c.c`` repeats ``Path.pose_at`` in C. It reads the slots of ``StaticHistory`` and
+``Samples`` directly, and what was built may be older than the Python code. So the slots, a
+revision, and a few poses are compared when this file is imported.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+import os
 from typing import NamedTuple
 
 from ..edges.protocol import EdgeTrack, History, moves, MovingHistory
+from ..edges.samples import Samples
 from ..edges.static import StaticHistory
-from ..errors import ExtrapolationException
-from ..geometry import se3
-from ..geometry.chain import join_branches, PoseTuple
+from ..errors import ExtrapolationException, warn
+from ..geometry.chain import compose, inverse, join_branches, PoseTuple
 from ..stamp import BEGINNING, FOREVER, LATEST
 
 
@@ -42,7 +47,7 @@ class Path:
     above the meeting point ever changed its parent.
     """
 
-    __slots__ = ('fixed', 'for_good', '_source_parts', '_target_parts', '_dynamic',
+    __slots__ = ('fixed', 'for_good', 'source_parts', 'target_parts', '_dynamic',
                  '_edges', '_steps')
 
     def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
@@ -56,8 +61,8 @@ class Path:
         self.for_good = self.fixed and all(edge.fixed_parent for edge in above)
         self._edges = source_edges, target_edges
         self._steps: list[Step] | None = None
-        self._source_parts = _merge_static_runs(source_edges)
-        self._target_parts = _merge_static_runs(target_edges)
+        self.source_parts = _merge_static_runs(source_edges)
+        self.target_parts = _merge_static_runs(target_edges)
         self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
                               if moves(edge))
 
@@ -93,8 +98,8 @@ class Path:
 
         :return: those from the meeting point down to the source, and those to the target.
         """
-        return ([part.track(first, last) for part in self._source_parts],
-                [part.track(first, last) for part in self._target_parts])
+        return ([part.track(first, last) for part in self.source_parts],
+                [part.track(first, last) for part in self.target_parts])
 
     def without_data(self, stamp: int) -> list[MovingHistory]:
         """Return the edges without data for a stamp."""
@@ -121,29 +126,26 @@ class Path:
 
         :raises ExtrapolationException: an edge has no data for the stamp.
         """
-        return join_branches([part.sample(stamp) for part in self._source_parts],
-                             [part.sample(stamp) for part in self._target_parts])
+        pose = pose_in_c and pose_in_c(self.source_parts, self.target_parts, stamp)
+        return pose or join_branches([part.sample(stamp) for part in self.source_parts],
+                                     [part.sample(stamp) for part in self.target_parts])
 
-    def samples_at(self, stamp: int) -> tuple[list[PoseTuple], list[PoseTuple], list[PoseTuple]]:
-        """
-        Return the samples of both branches, and ``parent_T_child`` of each of the ``steps()``.
 
-        The branches are the arguments of ``join_branches``, in which successive static edges are
-        one pose.
+def across(a_T_b: PoseTuple, edge: History, upwards: bool, stamp: int) -> PoseTuple:
+    """
+    Return ``a_T_c``, where an edge joins b and c.
 
-        :raises ExtrapolationException: an edge has no data for the stamp.
-        """
-        down = [part.sample(stamp) for part in self._source_parts]
-        up = [part.sample(stamp) for part in self._target_parts]
-        poses = [*reversed(up), *down]
-        if len(poses) == len(self.steps()):
-            return down, up, poses
-        # Successive static edges are one part.
-        parts = zip((*reversed(self._target_parts), *self._source_parts), poses, strict=True)
-        moving = iter([pose for part, pose in parts if not part.is_static])
-        return down, up, [
-            step.history.sample(stamp) if step.history.is_static else next(moving)
-            for step in self.steps()]
+    :param upwards: whether c is the parent, which is so for few of a tree's edges.
+    """
+    if upwards:
+        return compose(a_T_b, inverse(edge.sample(stamp)))
+    pose = pose_in_c and pose_in_c((a_T_b, edge), (), stamp)
+    return pose or compose(a_T_b, edge.sample(stamp))
+
+
+def sample_of(edge: History, stamp: int) -> PoseTuple:
+    """Return ``edge.sample(stamp)``, in C where that is possible."""
+    return (pose_in_c and pose_in_c((edge,), (), stamp)) or edge.sample(stamp)
 
 
 def latest_common(edges: Sequence[MovingHistory]) -> int:
@@ -191,8 +193,53 @@ def _merge_static_runs(edges: Sequence[History]) -> tuple[History, ...]:
     for edge in reversed(edges):
         if parts and parts[-1].is_static and edge.is_static:
             above = parts[-1]
-            parts[-1] = StaticHistory(edge.child, str(above.parent), se3.compose(
+            parts[-1] = StaticHistory(edge.child, str(above.parent), compose(
                 above.sample(LATEST), edge.sample(LATEST)))
         else:
             parts.append(edge)
     return tuple(parts)
+
+
+# --- in C
+
+_REVISION = 1  # of path_in_c.c
+
+_Parts = tuple[History | PoseTuple, ...]
+_PoseInC = Callable[[_Parts, _Parts, int], PoseTuple | None]
+
+
+def load_pose_in_c() -> _PoseInC | None:
+    """Return the C function; None where it was not built, does not fit, or is not wanted."""
+    if os.environ.get('TF_TREE_PY_PURE', '0') not in ('', '0'):
+        return None
+    try:
+        from . import path_in_c
+        path_in_c.use(StaticHistory, Samples, _REVISION)
+        _compare(path_in_c.pose_at)
+    except (AttributeError, ImportError, TypeError, ValueError) as error:
+        if getattr(error, 'name', None) != __package__:  # otherwise it was not built
+            warn(f'lookups run in Python, because the compiled formulas do not fit ({error}): '
+                 'install tf_tree_py again, or set TF_TREE_PY_PURE=1', RuntimeWarning)
+        return None
+    return path_in_c.pose_at
+
+
+def _compare(in_c: _PoseInC) -> None:
+    """
+    Compare poses at, and between, samples that are turned by 0.4, 3.1 and 5.0 rad.
+
+    :raises ValueError: C returns other numbers, maybe because its sine is not Python's.
+    """
+    still = StaticHistory('b', 'a', (1.0, 2.0, 3.0, 0.0, 0.6, 0.0, 0.8))
+    moving = Samples('c', 100)
+    for stamp, cos, sin in (0, 1.0, 0.0), (7, 0.98, 0.199), (14, 0.0, 1.0), (21, -0.8, 0.6):
+        moving.insert(stamp, 'b', (0.1 * stamp, cos, 3.0, sin, 0.0, -0.0, cos))
+    for stamp in range(22):
+        in_python = join_branches([moving.sample(stamp)], [still.sample(stamp)])
+        if in_c((moving,), (still,), stamp) != in_python:
+            raise ValueError('they return other numbers than Python')
+
+
+pose_in_c = load_pose_in_c()
+COMPILED = pose_in_c is not None
+"""Whether lookups use the compiled formulas; see ``docs/installing.md``."""

@@ -15,7 +15,7 @@ replaces without ``forget`` would go on to answer, with the samples of before.
 from collections.abc import Callable
 
 from .climb import blockers, Branches, climb, climb_both
-from .path import edge_to_blame, latest_common, Path
+from .path import across, edge_to_blame, latest_common, Path
 from ..edges.protocol import History, moves
 from ..errors import (
     ANY_STRUCTURE,
@@ -27,8 +27,7 @@ from ..errors import (
     LookupException,
     TransformException,
 )
-from ..geometry import se3
-from ..geometry.se3 import PoseTuple
+from ..geometry.se3 import IDENTITY, PoseTuple
 from ..hints import nothing_yet, unconnected, unknown_frame
 
 # The maximum number of cached paths; all are removed when it is reached.
@@ -74,16 +73,18 @@ class PathFinder:
         """
         return self.fixed_path(target, source) or self._path(target, source, None)
 
-    def pose_at(self, target: str, source: str, stamp: int) -> PoseTuple:
+    def pose_at(self, target: str, source: str, stamp: int,
+                path: Path | None = None) -> PoseTuple:
         """
         Return ``target_T_source`` at a stamp, by the path at that stamp.
 
         :param stamp: nanoseconds; 0 is an ordinary stamp.
+        :param path: the fixed path, if the caller has it.
         :raises ExtrapolationException: they are not connected, and an edge has no data then.
 
         The other errors are those of ``newest_path``.
         """
-        path = self.fixed_path(target, source)
+        path = path or self.fixed_path(target, source)
         if path is not None:
             try:
                 return path.pose_at(stamp)
@@ -101,13 +102,8 @@ class PathFinder:
         """
         path = self.newest_path(target, source)
         stamp = path.latest_common_time()
-        if path.fixed:
-            try:
-                return stamp, path.pose_at(stamp)
-            except ExtrapolationException:
-                pass  # The second attempt below finds another path, or the reason.
         try:
-            return stamp, self.pose_at(target, source, stamp)
+            return stamp, self.pose_at(target, source, stamp, path if path.fixed else None)
         except TransformException as error:
             # Late samples may help, and so may a newer time for which all edges have data.
             error.blocked_on = (*(error.blocked_on or ()), *(
@@ -128,11 +124,9 @@ class PathFinder:
         self._check_frames(target, source)
         now = climb_both(self._histories, target, source, None)
         path = Path(*now.edges(), self._above(now.target.top)) if now.meet else None
-        if path is not None and not path.fixed:
-            path = None
         if len(self._paths) >= _MAX_PATHS:
             self._paths.clear()
-        self._paths[target, source] = path
+        self._paths[target, source] = path = path if path and path.fixed else None
         return path
 
     def _above(self, frame: str) -> list[History]:
@@ -258,15 +252,14 @@ class Spanning:
         :raises InvalidArgumentException: an invalid frame name.
         """
         self._paths.check_frame('target_frame', target)
-        poses = {target: se3.IDENTITY}
+        poses = {target: IDENTITY}
         for history, known, frame, upwards in self._steps_from(target, stamp):
             if known not in poses:
                 continue
             try:
-                pose = history.sample(stamp)
+                poses[frame] = across(poses[known], history, upwards, stamp)
             except ExtrapolationException:
                 continue
-            poses[frame] = se3.compose(poses[known], se3.inverse(pose) if upwards else pose)
         return poses
 
     def latest_of_all(self, target: str) -> int:

@@ -22,7 +22,7 @@ from .tree import Tree
 from .. import fork_locks
 from ..errors import Blocker, TransformException
 from ..geometry import se3
-from ..geometry.pose import Pose
+from ..geometry.pose import Pose, pose_of
 from ..geometry.se3 import PoseTuple
 from ..messages.observers import asked, halves, NO_OBSERVERS, Observers
 from ..stamp import LATEST
@@ -90,7 +90,7 @@ class Queries:
         :raises ConnectivityException: the two frames are not connected.
         :raises ExtrapolationException: an edge between them has no data for the stamp.
         """
-        return Pose._make(self.lookup_stamped(target_frame, source_frame, stamp)[1])
+        return pose_of(self.lookup_stamped(target_frame, source_frame, stamp)[1])
 
     def lookup_stamped(self, target_frame: str, source_frame: str,
                        stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
@@ -261,7 +261,7 @@ class Queries:
             if stamp == LATEST:
                 stamp = self._tree.spanning.latest_of_all(target_frame)
             poses = self._tree.spanning.poses_from(target_frame, stamp)
-        return {frame: Pose._make(pose) for frame, pose in poses.items()}
+        return {frame: pose_of(pose) for frame, pose in poses.items()}
 
     # --- contents
 
