@@ -49,8 +49,9 @@ def built(folder, old='', new=''):
     shutil.copytree(REPOSITORY / 'tf_tree_py', folder / 'tf_tree_py',
                     ignore=shutil.ignore_patterns('__pycache__', '*.so'))
     source = folder / 'tf_tree_py' / 'core' / 'tree' / 'path_in_c.c'
-    assert not old or source.read_text().count(old) == 1
-    source.write_text(source.read_text().replace(old, new) if old else source.read_text())
+    code = source.read_text()
+    assert not old or code.count(old) == 1
+    source.write_text(code.replace(old, new))
     done = completed(sys.executable, 'setup.py', 'build_ext', '--inplace', cwd=folder,
                      env={**os.environ, 'CFLAGS': FLAGS, 'LDFLAGS': FLAGS})
     assert list(source.parent.glob('path_in_c.*.so')), done.stderr
