@@ -8,7 +8,7 @@ from functools import partial
 
 from .figures import Commit, Date, FasterUpTo, Figure, Measured, Number, Passage, Ratio
 from .rows import (
-    COMPILED,
+    CORE,
     DEBIAN,
     DOCTOR,
     GTSAM,
@@ -16,6 +16,7 @@ from .rows import (
     KINHEC,
     OURS,
     PLAIN,
+    PURE,
     PYTRANSFORM,
     RUST,
     TF2_ROS,
@@ -37,12 +38,12 @@ _TRACKS = {'noise': 'noise', 'motion': 'motion, some of it with hardly any rotat
 _STATISTICS = 'mean', 'median', '90th percentile'
 
 
-def _depth(contestant: str, depth: int) -> Measured:
-    return _fastest('depth', f'{_RECENT}, depth {depth}', contestant)[0]
+def _depth(contestant: str, depth: int, where: str = _RECENT) -> Measured:
+    return _fastest('depth', f'{where}, depth {depth}', contestant)[0]
 
 
-def _depths(contestant: str, depths: Iterable[int]) -> list[Measured]:
-    return [_depth(contestant, depth) for depth in depths]
+def _depths(contestant: str, depths: Iterable[int], where: str = _RECENT) -> list[Measured]:
+    return [_depth(contestant, depth, where) for depth in depths]
 
 
 def _of(group: str, name: str, *contestants: str, factor: float = 1.0) -> list[Measured]:
@@ -87,16 +88,15 @@ def _readme() -> Iterable[Passage]:
         yield say(f'over {depth} moving {edges} | {{}} us | {{}} us | `depth` |',
                   [_depth(TF2_ROS, depth), _depth(OURS, depth)])
     for depth in 10, 38:
-        yield say(f'over {depth} moving edges, with [compiled '
-                  'formulas](docs/installing.md#compiled-formulas) | {} us | {} us | `depth` |',
-                  [_depth(TF2_ROS, depth), _depth(COMPILED, depth)])
+        yield say(f'over {depth} moving edges, in pure Python | {{}} us | {{}} us | `depth` |',
+                  [_depth(TF2_ROS, depth), _depth(PURE, depth)])
     yield say("a loop over tf2's C++ buffer | {} ms | {} ms | `many` |",
               _many('100,000', JAZZY, OURS))
     yield say('(those of listeners at the same time), in the run of {}.', [Date(_RUN)])
     yield say('a lookup over up to {} moving edges takes no longer', [
         FasterUpTo(_RECENT, TF2_ROS, (1, 5, 10, 38))])
-    yield say('with compiled formulas, over up to {}.', [
-        FasterUpTo(_RECENT, TF2_ROS, (1, 5, 10, 38), COMPILED)])
+    yield say('in pure Python, over up to {}.', [
+        FasterUpTo(_RECENT, TF2_ROS, (1, 5, 10, 38), PURE)])
 
 
 def _performance() -> Iterable[Passage]:
@@ -106,12 +106,18 @@ def _performance() -> Iterable[Passage]:
     yield say(f'over 1, 5, 10, 15, 38 moving edges | {five} us | `tf2_ros` of Jazzy, from Python '
               f"| {five} us | | | | tf2's C++ buffer alone (Jazzy), from Python | {five} us |",
               [figure for way in (OURS, TF2_ROS, JAZZY) for figure in _depths(way, _DEPTHS)])
-    yield say(f'over the same edges, with compiled formulas | {five} us | `tf2_ros` | {five} us |',
-              [figure for way in (COMPILED, TF2_ROS) for figure in _depths(way, _DEPTHS)])
     four = ', '.join(['{}'] * 4)
-    yield say(f'over 1, 5, 10, 15 moving edges, without compiled formulas | {four} us | Rust '
+    yield say(f'10 s of history, over 1, 5, 10, 38 edges | {four} us | `tf2_ros` | {four} us |',
+              [figure for way in (OURS, TF2_ROS)
+               for figure in _depths(way, (1, 5, 10, 38), f'{_RECENT}, 10 s of history')])
+    yield say(f'the latest lookup over 1, 5, 10, 15, 38 edges | {five} us | `tf2_ros` | {five} us '
+              '|', [figure for way in (OURS, TF2_ROS)
+                    for figure in _depths(way, _DEPTHS, 'latest')])
+    yield say(f'in pure Python, over 1, 5, 10, 15, 38 edges | {five} us | `tf2_ros` | {five} us |',
+              [figure for way in (PURE, TF2_ROS) for figure in _depths(way, _DEPTHS)])
+    yield say(f'(`BufferCore.lookup`), over 1, 5, 10, 15 edges | {four} us | Rust '
               f'(`transform-tree`), with a plan made in advance | {four} us |',
-              [figure for way in (OURS, RUST) for figure in _depths(way, _DEPTHS[:-1])])
+              [figure for way in (CORE, RUST) for figure in _depths(way, _DEPTHS[:-1])])
     yield say("| 100,000 stamps in a row, over 3 edges | {} ms | a loop over tf2's C++ buffer "
               '(Jazzy) | {} ms | | | | Rust | {} ms | | | | pytransform3d, which gets all samples '
               'in advance | {} ms |', _many('100,000', OURS, JAZZY, RUST, PYTRANSFORM))
@@ -132,8 +138,6 @@ def _performance() -> Iterable[Passage]:
               'plain subscription | {} ms |', _of('wait', 'over DDS, p50', OURS, TF2_ROS, PLAIN))
     yield say('control loop, 38 transforms at 500 Hz | {} us | `tf2_ros` | {} us |',
               _of('control', f'{_LOOP}a lookup, p50', OURS, TF2_ROS))
-    yield say('| that lookup, with compiled formulas | {} us | `tf2_ros` | {} us |',
-              _of('control', f'{_LOOP}a lookup, p50', COMPILED, TF2_ROS))
     yield say('how late that loop wakes, 99th percentile | {} ms ({} to {}) | `tf2_ros` | {} ms '
               '({} to {}) |', _late(OURS) + _late(TF2_ROS))
     yield say("memory of a sample | {} bytes | tf2's C++ buffer (Debian) | {} bytes |",
@@ -143,8 +147,8 @@ def _performance() -> Iterable[Passage]:
               _of('bag', _BAG[0], OURS, 'rosbags, a loop', RUST, 'rosbags, raw'))
     yield say('a lookup of 30 ms ago over up to {} moving edges takes no longer here', [
         FasterUpTo(_RECENT, TF2_ROS, _DEPTHS)])
-    yield say('with [compiled formulas](installing.md#compiled-formulas) over up to {} edges.', [
-        FasterUpTo(_RECENT, TF2_ROS, _DEPTHS, COMPILED)])
+    yield say('in pure Python, over up to {} edges.', [
+        FasterUpTo(_RECENT, TF2_ROS, _DEPTHS, PURE)])
     yield say('is slower than a lookup here over up to {} edges', [
         FasterUpTo(_RECENT, JAZZY, (1, 2, 3, *_DEPTHS[1:]))])
 
@@ -174,16 +178,9 @@ def _details() -> Iterable[Passage]:
 def _control_loop() -> Iterable[Passage]:
     say = partial(Passage, 'docs/performance_nodes.md')
     lookup, late = 'a lookup, p50', 'the loop wakes late, p99'
-    yield say('Without a listener it takes {} us, {} us with compiled formulas, and {} us with '
-              'tf2_ros.', _of('control', f'{_ALONE}{lookup}', OURS, COMPILED, TF2_ROS))
-    yield say('takes {} times as long as with tf2_ros, and {} times with compiled formulas; the '
-              'target was 1.',
-              [Ratio('control', f'{_LOOP}{lookup}{of}', unit=f'x {TF2_ROS}')
-               for of in ('', f': {COMPILED}')])
-    yield say('tf2_ros uses {} % of a core and ours {} %,',
-              _of('control', f'{_LOOP}CPU', TF2_ROS, OURS))
-    yield say('it wakes {} ms late (99th percentile), and {} ms with compiled formulas',
-              _of('control', f'{_LOOP}{late}', OURS, COMPILED))
+    yield say('Without a listener it takes {} us, and {} us with tf2_ros.',
+              _of('control', f'{_ALONE}{lookup}', OURS, TF2_ROS))
+    yield say('it wakes {} ms late (99th percentile);', _of('control', f'{_LOOP}{late}', OURS))
     yield say('Without a listener, it wakes {} ms late.', _of('control', f'{_ALONE}{late}', OURS))
 
 

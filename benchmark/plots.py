@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from . import growth_plot
-from .rows import COMPILED, DEBIAN, JAZZY, OURS, PLAIN, PYTRANSFORM, Row, RUST, TF2_ROS
+from .rows import DEBIAN, JAZZY, OURS, PLAIN, PURE, PYTRANSFORM, Row, RUST, TF2_ROS
 from .timing import spread
 
 # Each contestant has the same style in all plots: line, marker, fill, hatch.
 LOOKS = {
     OURS: {'color': 'black', 'linestyle': '-', 'marker': 'o'},
-    COMPILED: {'color': 'black', 'linestyle': '--', 'marker': 'o', 'markerfacecolor': 'white'},
+    PURE: {'color': 'black', 'linestyle': '--', 'marker': 'o', 'markerfacecolor': 'white'},
     TF2_ROS: {'color': '#0060a8', 'linestyle': '--', 'marker': 's'},
     JAZZY: {'color': '#c84c00', 'linestyle': '-.', 'marker': '^'},
     DEBIAN: {'color': '#c84c00', 'linestyle': ':', 'marker': 'v'},
@@ -22,7 +22,6 @@ LOOKS = {
 }
 # Longer names for the short names of the tables, for readers who have not seen the tables.
 LONG_NAMES = {
-    COMPILED: 'tf_tree_py, compiled formulas',
     TF2_ROS: 'tf2_ros (Python, Jazzy)',
     JAZZY: "tf2's C++ buffer alone (Jazzy)",
     DEBIAN: "tf2's C++ buffer alone (Debian)",
@@ -30,7 +29,6 @@ LONG_NAMES = {
 }
 _FILLS = {
     OURS: {'color': 'black'},
-    COMPILED: {'facecolor': '0.7', 'edgecolor': 'black'},
     PLAIN: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '///'},
     TF2_ROS: {'facecolor': 'white', 'edgecolor': 'black', 'hatch': '...'},
 }
@@ -174,10 +172,10 @@ def _control(rows: dict[str, Row]) -> Any:
     for panel, measure in zip(panels[0], chosen, strict=True):
         of_measure = [rows[f'{stream}: {measure}'] for stream in streams
                       if f'{stream}: {measure}' in rows]
-        for offset, way in ((-0.26, TF2_ROS), (0.0, OURS), (0.26, COMPILED)):
+        for offset, way in ((-0.2, TF2_ROS), (0.2, OURS)):
             heights = [spread(row.values[way]).median if way in row.values else 0.0
                        for row in of_measure]
-            bars = panel.bar([number + offset for number in range(len(heights))], heights, 0.24,
+            bars = panel.bar([number + offset for number in range(len(heights))], heights, 0.38,
                              label=LONG_NAMES.get(way, way), **_FILLS[way])
             panel.bar_label(bars, [f'{height:.2g}' if height < 10 else f'{height:.0f}'
                                    for height in heights], fontsize=7)

@@ -15,7 +15,7 @@ from .timing import spread
 Machine = dict[str, Any]
 
 _TITLES = {
-    'depth': 'One lookup by depth, with an insertion between two lookups, 1 s of history',
+    'depth': 'One lookup by depth, with an insertion between two; 1 s of history unless stated',
     'history': 'One lookup in longer histories',
     'humanoid': 'The hand camera of the humanoid: 12 edges, 5 of them moving',
     'tree': 'All 38 frames of the humanoid relative to one',

@@ -11,9 +11,8 @@ import time
 from .listening import start
 from .. import motion
 from ..effort import Effort
-from ..peers import compiled
 from ..peers.finding import Contestants
-from ..rows import COMPILED, OURS, Row, TF2_ROS
+from ..rows import OURS, Row, TF2_ROS
 from ..worker import Worker
 
 # Transforms in a message, messages a second, and whether the node listens: a loop without a
@@ -29,15 +28,13 @@ _SHOWN = {
     'p999_s': ('a lookup, p99.9', 'us', 1e6),
     'late_p99_s': ('the loop wakes late, p99', 'ms', 1e3),
     'unanswered': ('lookups not answered', '%', 1e2), 'cores': ('CPU', '% of a core', 1e2)}
-_WAKES_LATE_MS = 0.5
+_OF_TF2_ROS, _WAKES_LATE_MS = 0.9, 0.5
 _UNHEARD = ', no listener'
 
 
 def control(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure a loop of 100 Hz that looks up the transform of 30 ms ago over ten edges."""
     ways: dict[str, Callable[[], Worker]] = {OURS: partial(start, 'control_loop', OURS)}
-    if contestants.compiled:
-        ways[COMPILED] = partial(ways[OURS], environment=compiled.environment())
     if contestants.tf2_ros:
         ways[TF2_ROS] = partial(start, 'control_loop', TF2_ROS)
     for transforms, rate_hz, listens in STREAMS:
@@ -75,11 +72,7 @@ def _rows(stream: str, found: dict[str, list[dict[str, float]]]) -> Iterator[Row
         row = Row('control', f'{stream}: {name}', unit, answered)
         listens = not stream.endswith(_UNHEARD)
         if key == 'late_p99_s' and listens:
-            for way in OURS, COMPILED:
-                if way in answered:
-                    row.judge(way, _WAKES_LATE_MS, name=f'{row.name}: {way}')
+            row.judge(OURS, _WAKES_LATE_MS)
         elif key != 'unanswered' and answered == values:
-            target = 1.0 if key == 'p50_s' and listens else None
-            row.compare(OURS, TF2_ROS, target)
-            row.compare(COMPILED, TF2_ROS, target, name=f'{row.name}: {COMPILED}')
+            row.compare(OURS, TF2_ROS, _OF_TF2_ROS if key == 'p50_s' and listens else None)
         yield row

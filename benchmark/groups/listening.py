@@ -3,7 +3,7 @@
 
 """The CPU cost of listening to /tf, in a process that does nothing else."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 import sys
 import time
@@ -59,11 +59,9 @@ def _row(group: str, ways: Sequence[str], transforms: int, rate_hz: int, effort:
     return row
 
 
-def start(process: str, *arguments: str,
-          environment: Mapping[str, str] | None = None) -> Worker:
-    """Start one of ``processes`` in this Python, with another environment than this process."""
-    command = [sys.executable, '-m', f'benchmark.processes.{process}', *arguments]
-    return Worker(command, environment)
+def start(process: str, *arguments: str) -> Worker:
+    """Start one of ``processes`` in this Python."""
+    return Worker([sys.executable, '-m', f'benchmark.processes.{process}', *arguments])
 
 
 class Round:

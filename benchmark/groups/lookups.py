@@ -8,52 +8,56 @@ from collections.abc import Iterator
 from ..effort import Effort
 from ..exercise import Task
 from ..peers.finding import Contestants
-from ..rows import COMPILED, CORE, DEBIAN, JAZZY, OURS, Row, scaled, TF2_ROS
+from ..rows import CORE, DEBIAN, JAZZY, OURS, PURE, Row, RUST, scaled, TF2_ROS
 from ..timing import interleave
 
-# Lookup time as a multiple of C++ tf2's, by depth; None is measured for the plot only.
-_MIDDLE = {1: 1.0, 2: 1.4, 3: None, 5: 2.5, 10: 4.0, 15: None, 38: 10.0}
-_LATEST = {1: 0.8, 2: 1.0, 3: None, 5: 1.5, 10: 2.2, 15: None, 38: None}
-# Of compiled formulas, as a multiple of tf2_ros's: the stamps of a control loop, which waits for
-# no sample, and the latest of a robot that publishes all edges in one message.
-_COMPILED_RECENT = {1: 0.35, 2: None, 3: None, 5: 0.7, 10: 1.0, 15: None, 38: 2.5}
-_COMPILED_LATEST = dict.fromkeys((1, 5, 10, 38), 0.45)
-_RECENT_S = 0.03
+# The most that a lookup may take, as a multiple of another's: in the middle of the history of
+# C++ tf2's; the latest, and the stamps of a control loop, which waits for no sample, of tf2_ros's;
+# and of a plan's in Rust, over as many edges as a short chain has.
+_OF_DEBIAN, _OF_TF2_ROS, _OF_RUST = 1.0, 0.2, 2.2
+_SHORT_CHAIN = 10
 _LONGER_HISTORY = 1.2
 _HUMANOID = 1.3
 _WHOLE_TREE = 6.0
 
-_HISTORY_S = 1.0
+_RECENT_S = 0.03
+# The second is tf2's default.
+_HISTORY_S, _LONG_HISTORY_S = 1.0, 10.0
+_DEPTHS, _FEW_DEPTHS = (1, 2, 3, 5, 10, 15, 38), (1, 5, 10, 38)
 
 
 def depths(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     """Measure lookups over depth, with an insertion between every two."""
-    count = effort.lookups
-    for depth, target in _MIDDLE.items():
-        yield _depth(contestants, effort, 'middle',
-                     Task(f'chain{depth}', _HISTORY_S, False, count), target)
-    for depth, target in _LATEST.items():
-        yield _depth(contestants, effort, 'latest',
-                     Task(f'chain{depth}', _HISTORY_S, True, count), target)
-    for depth, target in _COMPILED_LATEST.items():
-        # Fewer, because many insertions take long.
-        task = Task(f'chain{depth}', _HISTORY_S, True, count // 4, whole_message=True)
-        yield _depth(contestants, effort, 'latest of one message', task, None, target)
-    for depth, target in _COMPILED_RECENT.items():
-        task = Task(f'chain{depth}', _HISTORY_S, False, count, age_s=_RECENT_S)
-        yield _depth(contestants, effort, '30 ms old', task, None, target)
+    # Of each kind: its name, its depths, and the task of any robot.
+    latest = Task('', _HISTORY_S, True, effort.lookups)
+    recent = Task('', _HISTORY_S, False, effort.lookups, age_s=_RECENT_S)
+    of_10_s = f', {_LONG_HISTORY_S:.0f} s of history'
+    # Fewer lookups, because many insertions take long.
+    message = latest._replace(count=effort.lookups // 4, whole_message=True)
+    for where, depths_of_kind, task in (
+            ('middle', _DEPTHS, recent._replace(age_s=None)),
+            ('latest', _DEPTHS, latest),
+            (f'latest{of_10_s}', _FEW_DEPTHS, latest._replace(history_s=_LONG_HISTORY_S)),
+            ('latest of one message', _FEW_DEPTHS, message),
+            ('30 ms old', _DEPTHS, recent),
+            (f'30 ms old{of_10_s}', _FEW_DEPTHS, recent._replace(history_s=_LONG_HISTORY_S))):
+        for depth in depths_of_kind:
+            yield _depth(contestants, effort, where, depth, task)
 
 
-def _depth(contestants: Contestants, effort: Effort, where: str, task: Task,
-           target: float | None, compiled_target: float | None = None) -> Row:
-    """Measure one kind of lookup; the targets are those of DEBIAN and of TF2_ROS."""
-    turns = {name: exercise.take_turn for name, exercise in contestants.exercises(task).items()}
-    row = Row('depth', f'{where}, depth {task.robot.removeprefix("chain")}', 'us',
+def _depth(contestants: Contestants, effort: Effort, where: str, depth: int, task: Task) -> Row:
+    """Measure one kind of lookup over so many moving edges."""
+    exercises = contestants.exercises(task._replace(robot=f'chain{depth}'))
+    turns = {name: exercise.take_turn for name, exercise in exercises.items()}
+    row = Row('depth', f'{where}, depth {depth}', 'us',
               scaled(interleave(turns, effort.rounds), 1e6))
-    row.compare(OURS, DEBIAN, target)
-    row.compare(OURS, TF2_ROS)
+    in_middle, short = where == 'middle', depth <= _SHORT_CHAIN
+    row.compare(OURS, DEBIAN, _OF_DEBIAN if in_middle else None)
+    row.compare(OURS, TF2_ROS, None if in_middle else _OF_TF2_ROS)
     row.compare(OURS, JAZZY)
-    row.compare(COMPILED, TF2_ROS, compiled_target, name=f'{row.name}: {COMPILED}')
+    row.compare(CORE, RUST, _OF_RUST if short and not in_middle else None,
+                name=f'{row.name}: {CORE}')
+    row.compare(PURE, TF2_ROS, name=f'{row.name}: {PURE}')
     return row
 
 

@@ -8,10 +8,10 @@ import importlib
 import importlib.util
 from typing import Any
 
-from . import compiled, debian
+from . import debian, pure
 from .ours import OurBuffer, OurCore
 from ..exercise import Exercise, Task, Unable
-from ..rows import COMPILED, CORE, DEBIAN, GTSAM, JAZZY, KINHEC, OURS, PYTRANSFORM, RUST, TF2_ROS
+from ..rows import CORE, DEBIAN, GTSAM, JAZZY, KINHEC, OURS, PURE, PYTRANSFORM, RUST, TF2_ROS
 
 _TOLERANCE = 1e-9
 
@@ -38,7 +38,7 @@ class Contestants:
     def __init__(self) -> None:
         self.absent: dict[str, str] = {}
         self._makers: dict[str, Callable[[], Any]] = {OURS: OurBuffer, CORE: OurCore}
-        self.compiled = self._try(COMPILED, compiled.find)
+        self.pure = self._try(PURE, pure.find)
         self.debian = self._try(DEBIAN, debian.find)
         self.rust = self._try(RUST, lambda: _load('rust').RustTree)
         self.pytransform = self._try(PYTRANSFORM, lambda: _load('pytransform').TemporalManager)
@@ -51,7 +51,7 @@ class Contestants:
 
     def exercises(
             self, task: Task,
-            names: Collection[str] = (OURS, CORE, COMPILED, DEBIAN, TF2_ROS, JAZZY, RUST)
+            names: Collection[str] = (OURS, CORE, PURE, DEBIAN, TF2_ROS, JAZZY, RUST)
             ) -> dict[str, Any]:
         """
         Return an exercise for each of these contestants that is available; all agree.
@@ -59,7 +59,7 @@ class Contestants:
         :raises Disagreement: their results differ.
         """
         exercises: dict[str, Any] = {}
-        remote = {COMPILED: self.compiled, DEBIAN: self.debian}
+        remote = {PURE: self.pure, DEBIAN: self.debian}
         for name in names:
             try:
                 if name in self._makers:
@@ -77,7 +77,7 @@ class Contestants:
 
     def close(self) -> None:
         """End the processes."""
-        for peer in self.compiled, self.debian:
+        for peer in self.pure, self.debian:
             if peer:
                 peer.worker.close()
 

@@ -11,7 +11,7 @@ import shutil
 from benchmark import figures, publishing, report, stored
 from benchmark.__main__ import GROUPS
 from benchmark.passages import PASSAGES
-from benchmark.rows import COMPILED, DEBIAN, GTSAM, JAZZY, OURS, Row, TF2_ROS
+from benchmark.rows import DEBIAN, GTSAM, JAZZY, OURS, PURE, Row, TF2_ROS
 from benchmark.timing import Spread
 import pytest
 
@@ -179,14 +179,14 @@ def test_absent_contestants_that_are_quoted_are_named_with_their_remedy():
 
 def test_similar_names_of_contestants_are_distinguished():
     def quoted(figure):
-        absent = dict.fromkeys((DEBIAN, JAZZY, TF2_ROS, 'tf2', COMPILED), 'absent')
+        absent = dict.fromkeys((DEBIAN, JAZZY, TF2_ROS, 'tf2', PURE), 'absent')
         return set(figures.quoted([figures.Passage('a.md', '{}', [figure])], absent))
 
     assert quoted(figures.Measured('g', 'n', contestant=JAZZY)) == {JAZZY}
     assert quoted(figures.Measured('g', 'n', contestant=f'{JAZZY}, one by one')) == {JAZZY}
     assert quoted(figures.Measured('g', 'n')) == set()
     assert quoted(figures.Ratio('g', 'n', unit=f'x a loop of {DEBIAN}')) == {DEBIAN}
-    assert quoted(figures.FasterUpTo('n', TF2_ROS, (1,), COMPILED)) == {TF2_ROS, COMPILED}
+    assert quoted(figures.FasterUpTo('n', TF2_ROS, (1,), PURE)) == {TF2_ROS, PURE}
     assert quoted(figures.Date('p')) == quoted(figures.Commit('p')) == set()
 
 
