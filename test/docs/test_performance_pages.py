@@ -23,8 +23,9 @@ MACHINE = dict.fromkeys(('python', 'numpy', 'scipy', 'rclpy', 'rmw', 'transform-
 
 # The pages that quote results, beside those of the results.
 QUOTING = {'README.md', 'docs/beyond_tf2.md', 'docs/calibration.md', 'docs/continuous_time.md',
-           'docs/doctor.md', 'docs/fleet.md', 'docs/performance.md', 'docs/recorded_trees.md',
-           'docs/robot_description.md', 'docs/several_robots.md', 'docs/tools.md'}
+           'docs/doctor.md', 'docs/fleet.md', 'docs/installing.md', 'docs/performance.md',
+           'docs/recorded_trees.md', 'docs/robot_description.md',
+           'docs/several_robots.md', 'docs/tools.md'}
 
 # Figures of a benchmark in a table: numbers with one of its units.
 _FIGURE = re.compile(r'(?<![\w.])\d[\d,.]*(?= (?:us|ms|bytes|%))')
