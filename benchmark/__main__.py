@@ -74,21 +74,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
         renew(_REPOSITORY)
         return
     effort = QUICK if options.quick else FULL
-    measured_on = machine.describe()
+    measured_on = machine.describe(options.quick)
     rows: list[Row] = []
+    absent: dict[str, str] = {}
+    if options.resume:
+        rows, measured_on, absent = _begun(options.out, measured_on)
+    done = {row.group for row in rows}
     with Contestants() as contestants:
         if options.docs:
             refuse_absent(contestants.absent)
         print(report.machine_lines(measured_on, contestants.absent), flush=True)
         for name in options.only or GROUPS:
+            if name in done:
+                continue
             say(f'measuring: {name}')
             with progress(f'benchmark: {name}'):
                 found = list(GROUPS[name](contestants, effort))
             rows += found
             print(f'\n{report.group_table(found)}', flush=True)
-            # An interrupted run keeps what it has measured.
-            report.write(options.out, rows, measured_on, contestants.absent)
-        absent = contestants.absent
+            absent |= contestants.absent
+            # An interrupted run keeps what it has measured; see --resume.
+            report.write(options.out, rows, measured_on, absent)
     measured_on['load_after'] = machine.load()
     print(f'\n{report.comparison_table(rows)}')
     report.write(options.out, rows, measured_on, absent)
@@ -96,6 +102,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     say(f'written to {options.out}')
     if options.docs:
         publish(_REPOSITORY, rows, measured_on, absent)
+
+
+def _begun(folder: Path, now: report.Machine
+           ) -> tuple[list[Row], report.Machine, dict[str, str]]:
+    """
+    Return what an interrupted run measured, and on which machine.
+
+    :param now: the present machine.
+    :raises SystemExit: there is none, or the rest would not be measured in the same way.
+    """
+    try:
+        rows, measured_on, absent = report.read(folder)
+    except (OSError, ValueError) as error:
+        raise SystemExit(f'benchmark: there is no run to continue: {error}') from None
+    changed = machine.differences(measured_on, now)
+    if changed:
+        raise SystemExit(f'benchmark: the run in {folder} cannot be continued, because '
+                         f'{", ".join(changed)} changed: begin a new one')
+    return rows, measured_on, absent
 
 
 if __name__ == '__main__':

@@ -3,7 +3,9 @@
 
 """A description of the machine that ran the benchmark."""
 
+from collections.abc import Mapping
 import datetime
+import hashlib
 import importlib.metadata
 import os
 from pathlib import Path
@@ -11,11 +13,19 @@ import platform
 import subprocess
 from typing import Any
 
+_REPOSITORY = Path(__file__).resolve().parent.parent
 
-def describe() -> dict[str, Any]:
-    """Return the machine, the versions, the time, and the current load."""
+
+def describe(quick: bool) -> dict[str, Any]:
+    """
+    Return the machine, the versions, the time, and the current load.
+
+    :param quick: whether the run has fewer rounds; it is part of the description.
+    """
     return {
+        'quick': quick,
         'commit': _commit(),
+        'code': _code(),
         'cpu': _cpu_model(),
         'cores': os.cpu_count(),
         'system': platform.platform(),
@@ -27,6 +37,17 @@ def describe() -> dict[str, Any]:
         'date': datetime.datetime.now(datetime.timezone.utc).isoformat(timespec='seconds'),
         'load_before': load(),
     }
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """
+    Return what has changed since a run, so that it cannot be continued.
+
+    :param before: its ``describe()``.
+    :param now: the present one.
+    """
+    may_differ = {'commit', 'date', 'load_before'}
+    return [name for name in now if name not in may_differ and now[name] != before.get(name)]
 
 
 def load() -> list[float]:
@@ -44,9 +65,17 @@ def _commit() -> str | None:
     return f'{commit} with changes' if changes else commit
 
 
+def _code() -> str:
+    """Return a digest of tf_tree_py's code, with the changes that have no commit yet."""
+    digest = hashlib.sha256()
+    for file in sorted((_REPOSITORY / 'tf_tree_py').rglob('*.*')):
+        if file.suffix in {'.py', '.c'}:
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
 def _git(*arguments: str) -> str:
-    repository = Path(__file__).resolve().parent.parent
-    return subprocess.run(['git', *arguments], cwd=repository, capture_output=True, text=True,
+    return subprocess.run(['git', *arguments], cwd=_REPOSITORY, capture_output=True, text=True,
                           check=True).stdout.strip()
 
 

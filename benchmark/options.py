@@ -31,6 +31,9 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
                         help=f'some of: {", ".join(_GROUPS)}')
     parser.add_argument('--out', type=Path, metavar='DIR', default=_default_folder(),
                         help='where results.json, summary.md and the plots go')
+    parser.add_argument('--resume', action='store_true',
+                        help='continue an interrupted run: keep the groups that DIR has, and '
+                             'measure the others')
     parser.add_argument('--docs', action='store_true',
                         help='also put the results into docs/performance_*.md, the plots into '
                              'docs/images, and the figures into the text of all pages')

@@ -119,6 +119,17 @@ def write(folder: Path, rows: Sequence[Row], machine: Machine, absent: dict[str,
     (folder / 'summary.md').write_text(summary(rows, machine, absent))
 
 
+def read(folder: Path) -> tuple[list[Row], Machine, dict[str, str]]:
+    """
+    Return the rows, the machine and the absent contestants of a run; see ``write``.
+
+    :raises OSError: there is none in the folder.
+    :raises ValueError: it was interrupted while it was written.
+    """
+    results = json.loads((folder / 'results.json').read_text())
+    return list(map(Row.from_dict, results['rows'])), results['machine'], results['absent']
+
+
 def update_pages(docs: Path, rows: Sequence[Row], machine: Machine,
                  absent: dict[str, str]) -> None:
     """Replace the results on each page by those of its groups."""

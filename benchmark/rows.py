@@ -90,6 +90,13 @@ class Row:
                 'medians': {name: spread(values).median for name, values in self.values.items()},
                 'comparisons': [_comparison_as_dict(one) for one in self.comparisons]}
 
+    @classmethod
+    def from_dict(cls, stored: Mapping[str, Any]) -> 'Row':
+        """Return the row of which ``as_dict`` returned this."""
+        comparisons = [Comparison(one['name'], Spread(**one['spread']), one['unit'], one['target'])
+                       for one in stored['comparisons']]
+        return cls(stored['group'], stored['name'], stored['unit'], stored['values'], comparisons)
+
 
 def _comparison_as_dict(comparison: Comparison) -> dict[str, Any]:
     return {**asdict(comparison), 'spread': comparison.spread._asdict(), 'met': comparison.met}

@@ -113,7 +113,7 @@ class _Turn:
         self._edges = robot.edges
         self._messages = messages
         self._make = make
-        self._insert = insert
+        self._insert_one = insert
         peer = OurBuffer()
         peer.reset(robot, _HISTORY_S)
         self._buffer = peer.buffer
@@ -127,7 +127,7 @@ class _Turn:
     def _insert(self, count: int) -> float:
         messages = [self._make(self._edges, sample)
                     for sample in itertools.islice(self._samples, count)]
-        buffer, insert = self._buffer, self._insert
+        buffer, insert = self._buffer, self._insert_one
         begin = cpu_clock()
         for message in messages:
             insert(buffer, message)
