@@ -4,8 +4,8 @@
 """
 The history of an edge that absorbs corrections: each new sample is moved when it arrives.
 
-So lookups find poses as in any other edge, at the same cost. The original samples can be
-computed at any time, because the correction is stored.
+So lookups find poses as in any other edge that is computed in Python. The original samples can
+be computed at any time, because the correction is stored.
 """
 
 from collections.abc import Callable, Iterator
