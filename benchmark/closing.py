@@ -68,15 +68,21 @@ def _begin(endpoint: str, address: str) -> tuple[Callable[[], object], Callable[
         return FleetListener(address).close, lambda static: None
     if endpoint == 'uplink':
         uplink = Uplink(address, 'robot7')
-        return uplink.close, lambda static: uplink._publisher and (
-            uplink._publisher.send_static(_LARGE) if static else uplink._publisher.send(_LARGE))
+        return uplink.close, lambda static: _send(uplink._publisher, static)
     with suppress(FleetError):
         session = open_session(configuration(address), 2 * _SETTLE_S)
         _sessions.append(session)
         robot = RobotPublisher(session, 'robot7')
         return (robot.close if endpoint == 'publisher' else lambda: close_session(session),
-                lambda static: robot.send_static(_LARGE) if static else robot.send(_LARGE))
+                lambda static: _send(robot, static))
     return lambda: None, lambda static: None
+
+
+def _send(publisher: RobotPublisher | None, static: bool) -> None:
+    if publisher is None:  # it has no connection now
+        return
+    send = publisher.send_static if static else publisher.send
+    send(_LARGE)
 
 
 def _send_for_ever(send: Callable[[bool], object]) -> None:
@@ -115,11 +121,12 @@ def measure(endpoint: str, state: str) -> tuple[float, float, float, int]:
     router: Worker | None = _router(address)
     # Another listener, so that the robot's messages are sent at all.
     other = _child('listener', 'answers', address)
+    assert router is not None
     if state == 'hangs from the start':
         os.kill(router.pid, signal.SIGSTOP)
     one = _child(endpoint, state, address)
     time.sleep(_SETTLE_S)
-    if state.startswith('hangs') and router is not None and state != 'hangs on its return':
+    if state.startswith('hangs') and state != 'hangs on its return':
         os.kill(router.pid, signal.SIGSTOP)
     elif state != 'answers':
         router.kill()

@@ -84,7 +84,7 @@ class Task(NamedTuple):
     robot: str
     history_s: float
     latest: bool
-    count: int
+    count: int  # type: ignore[assignment] # hides tuple.count, which nothing calls
     whole_tree: bool = False
     age_s: float | None = None
     whole_message: bool = False

@@ -12,7 +12,7 @@ from .rows import DEBIAN, JAZZY, OURS, PLAIN, RAW, Row, TF2_ROS
 from .timing import spread
 
 # Further contestants; those of all plots have the looks of the other plots.
-_LOOKS = {
+_LOOKS: dict[str, dict[str, Any]] = {
     PLAIN: {'color': '0.35', 'linestyle': (0, (4, 2, 1, 2)), 'marker': 'x'},
     RAW: {'color': '0.35', 'linestyle': (0, (1, 1)), 'marker': '+'},
 }

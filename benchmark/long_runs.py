@@ -188,7 +188,7 @@ def stopped(_: float) -> bool:
         await_all(lookers, *ends)
         for name, pids in (('the listeners', [one.worker.pid for one in lookers]),
                            ('the publisher', [publisher.pid])):
-            for _ in look(lookers, *ends, 5.0):
+            for _ticks in look(lookers, *ends, 5.0):
                 before = [(one.uses[-1], len(one.missed)) for one in lookers]
             for pid in pids:
                 os.kill(pid, signal.SIGSTOP)

@@ -26,9 +26,9 @@ import time
 from typing import NamedTuple
 
 from playwright.sync_api import Browser, Page, sync_playwright
-from tf_tree_py.view.serving import Serving
+from tf_tree_py.view.serving import RATE_HZ, Serving
 
-from .pages import busy, OPTIONS, RATE_HZ, Robot, show_scan, subject_of
+from .pages import busy, OPTIONS, Robot, show_scan, subject_of
 from .resources import MB, MORE_MEMORY, MORE_THREADS, Use, use_of
 from .unread import unread_pages
 

@@ -15,6 +15,7 @@ copy of it (2.5).
 
 from array import array
 from collections.abc import Callable
+from functools import partial
 import os
 import statistics
 import sys
@@ -106,10 +107,10 @@ def bench_messages(rounds: int) -> None:
     """Print the cost of small messages, with a given transform and through a buffer."""
     transform = transform_stamped('map', 'base', 2 * NANOSECONDS_PER_SECOND, POSE)
     buffer, messages = filled_buffer(), small_messages()
-    alone = {name: (lambda message=message: do_transform(message, transform))
-             for name, message in messages.items()}
-    looked_up = {name: (lambda message=message: buffer.transform(message, 'map'))
-                 for name, message in messages.items()}
+    alone: dict[str, Callable[[], object]] = {
+        name: partial(do_transform, message, transform) for name, message in messages.items()}
+    looked_up: dict[str, Callable[[], object]] = {
+        name: partial(buffer.transform, message, 'map') for name, message in messages.items()}
     alone['peer: PointStamped()'] = looked_up['peer: PointStamped()'] = PointStamped
     target = ': ratio to a point (polygon: 15 at most)'
     show('buffer.transform(message, "map")', medians(looked_up, rounds, 20), 'point', target)
@@ -131,9 +132,11 @@ def cloud_of(point_step: int, code: str = '<f4') -> PointCloud2:
         record[name] = rng.normal(size=POINTS) * 20.0
     record['t'] = np.linspace(0, NANOSECONDS_PER_SECOND // 10, POINTS)
     datatype = PointField.FLOAT32 if dtype.itemsize == 4 else PointField.FLOAT64
-    fields = [PointField(name=name, offset=record.dtype.fields[name][1], count=1,
+    offsets = record.dtype.fields
+    assert offsets is not None
+    fields = [PointField(name=name, offset=offsets[name][1], count=1,
                          datatype=datatype if name in 'xyz' else PointField.UINT32)
-              for name in record.dtype.names]
+              for name in offsets]
     return PointCloud2(
         header=Header(frame_id='lidar', stamp=Time(sec=2)), height=1, width=POINTS, fields=fields,
         is_bigendian=code.startswith('>'), point_step=point_step, row_step=POINTS * point_step,
@@ -157,7 +160,7 @@ def bench_clouds(rounds: int) -> None:
     calls: dict[str, Callable[[], object]] = {
         'peer: xyz @ R.T + t, packed float32': lambda: xyz @ rotation.T + translation}
     for name, cloud in clouds.items():
-        calls[name] = lambda cloud=cloud: do_transform_cloud(cloud, transform)
+        calls[name] = partial(do_transform_cloud, cloud, transform)
     show(f'do_transform_cloud, {POINTS:,} points', medians(calls, rounds, 1), next(iter(calls)),
          ': ratio to the bare product (2.5 at most)')
 

@@ -35,6 +35,7 @@ class Worker:
 
         :param environment: its complete environment; None: that of this process.
         """
+        self._command = ' '.join(command)
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment,
             cwd=os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -55,14 +56,14 @@ class Worker:
             self._process.stdin.write(json.dumps([verb, arguments]) + '\n')
             self._process.stdin.flush()
         except BrokenPipeError:
-            raise WorkerError(f'{self._process.args} has ended') from None
+            raise WorkerError(f'{self._command} has ended') from None
 
     def end(self) -> Any:
         """Return the result of the call that ``begin`` started."""
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            raise WorkerError(f'{self._process.args} ended with {self._process.wait()}')
+            raise WorkerError(f'{self._command} ended with {self._process.wait()}')
         answer = json.loads(line)
         if 'error' in answer:
             raise WorkerError(answer['error'])

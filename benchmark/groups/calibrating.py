@@ -4,6 +4,7 @@
 """Calibration: its duration and accuracy, compared with KinHEC's reference solvers."""
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 import time
 from typing import Any
 
@@ -62,9 +63,8 @@ def calibration(contestants: Contestants, effort: Effort) -> Iterator[Row]:
 def _accuracy(most: int | None) -> Iterator[Row]:
     from ..peers import kinhec_tracks as kinhec
     for track in kinhec.TRACKS:
-        late = track == 'temporal'
         yield from _rows(track, kinhec.sequences(track, most),
-                         lambda each, late=late: kinhec.ours(each, time=late), kinhec.reference,
+                         partial(kinhec.ours, time=track == 'temporal'), kinhec.reference,
                          against=True)
     yield from _rows('50 ms late, jitter', kinhec.late_and_jittering(most or 40),
                      lambda each: kinhec.ours(each, time=True), kinhec.reference_with_time,

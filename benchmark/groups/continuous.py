@@ -70,7 +70,7 @@ def _events(asks: dict[str, Callable[[Any], Any]], effort: Effort,
             draws: np.random.Generator, seconds: float) -> Row:
     """Return the time for a batch of events, different ones each time."""
     def turn(ask: Callable[[Any], Any]) -> float:
-        begin = START + draws.integers(10**9, 10**9 * (_HISTORY_S - 1.0 - seconds))
+        begin = START + draws.integers(10**9, round(1e9 * (_HISTORY_S - 1.0 - seconds)))
         stamps = np.sort(begin + draws.integers(0, round(seconds * 1e9), _EVENTS))
         return time_one(lambda: ask(stamps))
 

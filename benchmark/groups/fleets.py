@@ -194,5 +194,5 @@ def _worst_mm(came: list[list[Sample]], went: list[list[Sample]]) -> float:
         for sample in samples:
             buffer.insert(*sample)
     return max(1000 * se3.distance(
-        tuple(buffer.lookup(sample.parent, sample.child, sample.stamp)), sample.pose)[0]
+        buffer.lookup(sample.parent, sample.child, sample.stamp), sample.pose)[0]
         for samples in came for sample in samples)

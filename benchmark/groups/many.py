@@ -134,7 +134,8 @@ def _way_of(name: str, exercise: Any) -> Callable[[Stamps], float]:
 
 def many_of(exercise: Exercise) -> Callable[[Stamps], Any]:
     """Return our or Rust's lookup of many stamps."""
-    peer, robot = exercise.peer, exercise.robot
+    peer: Any = exercise.peer
+    robot = exercise.robot
     if hasattr(peer, 'lookup_many'):
         return peer.lookup_many
     return lambda stamps: peer.buffer.lookup_many(robot.target, robot.source, stamps)

@@ -51,7 +51,8 @@ class OurSubscriber:
 
     def _look(self, frames: list[str], end: float) -> list[float]:
         """Look up the newest pose of each frame in turn, as soon as it arrives."""
-        buffer, lags = self._listener.buffer, []
+        buffer = self._listener.buffer
+        lags: list[float] = []
         for frame in itertools.cycle(frames):
             if time.monotonic() > end:
                 return lags
@@ -102,7 +103,8 @@ class SubscriberByHand(PlainSubscriber):
         self._count += 1
 
 
-WAYS = {OURS: OurSubscriber, PLAIN_ZENOH: PlainSubscriber, BY_HAND: SubscriberByHand}
+WAYS: dict[str, type[OurSubscriber] | type[PlainSubscriber]] = {
+    OURS: OurSubscriber, PLAIN_ZENOH: PlainSubscriber, BY_HAND: SubscriberByHand}
 
 
 def main(way: str, router: str) -> None:

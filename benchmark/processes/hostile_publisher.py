@@ -83,5 +83,6 @@ def attack(name: str, root: str, leaf: str, seconds: float) -> int:
 
 if __name__ == '__main__':
     rclpy.init()
-    serve({'attack': lambda seconds: attack(*sys.argv[1:4], seconds)})
+    kind, upper, lower = sys.argv[1:4]
+    serve({'attack': lambda seconds: attack(kind, upper, lower, seconds)})
     rclpy.try_shutdown()

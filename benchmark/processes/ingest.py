@@ -56,7 +56,7 @@ def loop(path: str) -> dict[str, float]:
 
     def read() -> None:
         for connection, _, data in itertools.islice(_messages(path), _LOOP_MESSAGES):
-            message = types.deserialize_cdr(data, connection.msgtype)
+            message: Any = types.deserialize_cdr(data, connection.msgtype)
             for transform in message.transforms:
                 poses.setdefault(transform.child_frame_id, []).append(transform)
 
