@@ -79,6 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     absent: dict[str, str] = {}
     if options.resume:
         rows, measured_on, absent = _begun(options.out, measured_on)
+    # Now, so that --resume never continues the run before this one.
+    report.write(options.out, rows, measured_on, absent)
     done = {row.group for row in rows}
     with Contestants() as contestants:
         if options.docs:

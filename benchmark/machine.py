@@ -13,6 +13,8 @@ import platform
 import subprocess
 from typing import Any
 
+from tf_tree_py.core import COMPILED
+
 _REPOSITORY = Path(__file__).resolve().parent.parent
 
 
@@ -26,6 +28,7 @@ def describe(quick: bool) -> dict[str, Any]:
         'quick': quick,
         'commit': _commit(),
         'code': _code(),
+        'compiled': COMPILED,
         'cpu': _cpu_model(),
         'cores': os.cpu_count(),
         'system': platform.platform(),

@@ -24,8 +24,8 @@ def find() -> RemotePeer:
     :raises ImportError: this process has no compiled formulas either.
     """
     if not COMPILED:
-        raise ImportError('so is tf_tree_py itself, because no compiled formulas were built: '
-                          'see docs/installing.md')
+        raise ImportError('tf_tree_py itself runs in pure Python here, because its formulas are '
+                          'not compiled or TF_TREE_PY_PURE is set: see docs/installing.md')
     return RemotePeer(Worker([sys.executable, '-m', __name__],
                              {**os.environ, 'TF_TREE_PY_PURE': '1'}))
 

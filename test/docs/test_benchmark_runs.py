@@ -5,7 +5,7 @@
 
 import json
 
-from benchmark import __main__ as program, report
+from benchmark import __main__ as program, machine, report
 from benchmark.rows import OURS, Row, TF2_ROS
 import pytest
 
@@ -20,29 +20,26 @@ def row(group):
 
 @pytest.fixture
 def groups(monkeypatch):
-    """Replace the groups by three quick ones; return the names of those that were measured."""
+    """Measure three quick groups, of which 'tree' fails; return the names of those begun."""
     measured = []
 
     def group(name):
         def measure(contestants, effort):
             measured.append(name)
-            if name == failing:
+            if name == 'tree':
                 raise RuntimeError(name)
             return [row(name)]
         return measure
 
-    failing = 'tree'
     monkeypatch.setattr(program, 'GROUPS', {name: group(name) for name in (
         'depth', 'tree', 'many')})
-    yield measured
+    return measured
 
 
 def test_a_row_is_read_as_it_was_written(tmp_path):
-    rows, machine = [row('depth'), row('many')], {'cpu': 'a processor', **dict.fromkeys((
-        'python', 'numpy', 'scipy', 'rclpy', 'rmw', 'transform-tree', 'pytransform3d', 'date',
-        'commit'), ''), 'cores': 2}
-    report.write(tmp_path, rows, machine, {'Rust': 'not installed'})
-    assert report.read(tmp_path) == (rows, machine, {'Rust': 'not installed'})
+    rows, described = [row('depth'), row('many')], machine.describe(quick=True)
+    report.write(tmp_path, rows, described, {'Rust': 'not installed'})
+    assert report.read(tmp_path) == (rows, described, {'Rust': 'not installed'})
 
 
 @pytest.mark.parametrize('how', [['--resume'], []])
@@ -51,6 +48,8 @@ def test_only_a_resumed_run_keeps_what_was_measured(groups, tmp_path, monkeypatc
     with pytest.raises(RuntimeError, match='tree'):
         program.main(run)
     begun = json.loads((tmp_path / 'results.json').read_text())
+    begun['machine']['date'] = '2001-02-03T04:05:06+00:00'
+    (tmp_path / 'results.json').write_text(json.dumps(begun))
     assert groups == ['depth', 'tree'] and [each['group'] for each in begun['rows']] == ['depth']
 
     whole = {name: lambda *_, name=name: groups.append(name) or [row(name)]
@@ -64,11 +63,25 @@ def test_only_a_resumed_run_keeps_what_was_measured(groups, tmp_path, monkeypatc
     assert (results['machine']['date'] == begun['machine']['date']) == bool(how)
 
 
-def test_a_run_is_not_continued_after_a_change(groups, tmp_path):
+def test_a_run_that_has_measured_nothing_hides_the_one_before(groups, tmp_path, monkeypatch):
+    run = ['--quick', '--out', str(tmp_path)]
+    with pytest.raises(RuntimeError, match='tree'):
+        program.main(run)
+    monkeypatch.setattr(program, 'GROUPS', {'tree': program.GROUPS['tree']})
+    with pytest.raises(RuntimeError, match='tree'):
+        program.main(run)
+    assert report.read(tmp_path)[0] == []
+
+
+def test_a_run_is_not_continued_after_a_change(groups, tmp_path, monkeypatch):
     with pytest.raises(SystemExit, match='there is no run to continue: .*results.json'):
         program.main(['--resume', '--out', str(tmp_path)])
     with pytest.raises(RuntimeError, match='tree'):
         program.main(['--quick', '--out', str(tmp_path)])
+    with monkeypatch.context() as other, pytest.raises(
+            SystemExit, match='cannot be continued, because compiled changed: begin'):
+        other.setattr(machine, 'COMPILED', not machine.COMPILED)
+        program.main(['--quick', '--resume', '--out', str(tmp_path)])
     with pytest.raises(SystemExit, match='cannot be continued, because quick changed: begin'):
         program.main(['--resume', '--out', str(tmp_path)])
     results = json.loads((tmp_path / 'results.json').read_text())
