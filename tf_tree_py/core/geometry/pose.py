@@ -144,13 +144,17 @@ class Poses(NDArrayOperatorsMixin):
     def __contains__(self, value: object) -> bool:
         return value in self._array
 
-    # Arrays also compare with None and text, which np.equal refuses.
+    # Arrays also compare with None and text, which np.equal refuses; and x ** 2 is np.square(x),
+    # from which np.power differs in the last bit on some processors.
 
     def __eq__(self, other: object) -> Any:
         return self._array == _plain(other)
 
     def __ne__(self, other: object) -> Any:
         return self._array != _plain(other)
+
+    def __pow__(self, other: object) -> Any:
+        return self._array ** _plain(other)
 
 
 def result_of(ufunc: np.ufunc, method: str, inputs: Sequence[object],
@@ -178,8 +182,7 @@ def result_of(ufunc: np.ufunc, method: str, inputs: Sequence[object],
     # Not the memory of ``out``: after `poses += 1`, the name still stands for poses.
     if len(outs) > 1:
         return tuple(part if out is None else out for out, part in zip(outs, made, strict=True))
-    (given,) = outs or (made,)
-    return given
+    return outs[0] if outs else made
 
 
 def _matmul(left: object, right: object) -> 'Pose | Poses | Array':
