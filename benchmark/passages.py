@@ -161,7 +161,7 @@ def _details() -> Iterable[Passage]:
                          unit='x a loop of C++ tf2')])
     yield Passage('docs/performance_nodes.md',
                   'One transform at 1,000 Hz takes {} of it, 5 at 500 Hz {}, 38 at 100 Hz {}, and '
-                  '38 at 500 Hz {}, whose rounds contain the target.',
+                  '38 at 500 Hz {}.',
                   [Ratio('listener', name, unit=f'x {PLAIN}')
                    for name in (_SMALL_STREAM, '5 x 500 Hz', '38 x 100 Hz', _STREAM)])
     yield Passage('docs/performance_nodes.md', 'which does nothing else, takes {} ms.',

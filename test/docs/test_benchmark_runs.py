@@ -49,6 +49,7 @@ def test_only_a_resumed_run_keeps_what_was_measured(groups, tmp_path, monkeypatc
         program.main(run)
     begun = json.loads((tmp_path / 'results.json').read_text())
     begun['machine']['date'] = '2001-02-03T04:05:06+00:00'
+    begun['absent']['a turtle'] = 'too slow'
     (tmp_path / 'results.json').write_text(json.dumps(begun))
     assert groups == ['depth', 'tree'] and [each['group'] for each in begun['rows']] == ['depth']
 
@@ -61,6 +62,7 @@ def test_only_a_resumed_run_keeps_what_was_measured(groups, tmp_path, monkeypatc
     assert groups == (['tree', 'many'] if how else ['depth', 'tree', 'many'])
     assert [each['group'] for each in results['rows']] == ['depth', 'tree', 'many']
     assert (results['machine']['date'] == begun['machine']['date']) == bool(how)
+    assert ('a turtle' in results['absent']) == bool(how)
 
 
 def test_a_run_that_has_measured_nothing_hides_the_one_before(groups, tmp_path, monkeypatch):
