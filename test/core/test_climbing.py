@@ -16,6 +16,7 @@ from tf_tree_py.core.tree.climb import (
     Climb,
     climb,
     climb_both,
+    edges_to_clear,
     find_loop,
     Loop,
 )
@@ -199,8 +200,8 @@ BETWEEN = 'The buffer forgot an edge between them, and has received none since: 
     (NoDataException, 'new', 10, 'before'), (NoDataException, 'fixed', 0, 'before'),
     (NoDataException, 'empty', 0, 'before')])
 def test_error_of_an_edge_says_what_the_buffer_forgot(cls, child, requested, hint):
-    cleared = Cleared('why', by_child(moving('a', (10, 'r'), (30, 'r')), static('fixed', 'r'),
-                                      moving('empty')))
+    cleared = Cleared('why', edges_to_clear(by_child(
+        moving('a', (10, 'r'), (30, 'r')), static('fixed', 'r'), moving('empty'))))
     error = cls(child=child, requested=requested, hint='before')
     cleared.explain(error, {})
     assert error.hint == hint
@@ -213,9 +214,9 @@ def test_error_of_an_edge_says_what_the_buffer_forgot(cls, child, requested, hin
 def test_error_of_two_frames_says_that_an_edge_between_them_is_gone(target, source, hint):
     ended = moving('ended', (10, 'r'))
     ended.end()
-    cleared = Cleared('why', by_child(
+    cleared = Cleared('why', edges_to_clear(by_child(
         moving('a', (10, 'r')), moving('b', (10, 'r')), moving('moved', (10, 'r')),
-        moving('e', (10, 'moved')), ended))
+        moving('e', (10, 'moved')), ended)))
     # c hangs on b since then, and the frame that was moved, on another.
     now = by_child(moving('c', (40, 'b')), moving('moved', (40, 'x')), moving('a'))
     error = ConnectivityException('', target_frame=target, source_frame=source, hint='before')
@@ -224,7 +225,7 @@ def test_error_of_two_frames_says_that_an_edge_between_them_is_gone(target, sour
 
 
 def test_loop_of_edges_of_now_and_then_ends():
-    cleared = Cleared('why', by_child(moving('a', (10, 'b'))))
+    cleared = Cleared('why', edges_to_clear(by_child(moving('a', (10, 'b')))))
     error = ConnectivityException('', target_frame='a', source_frame='r', hint='before')
     cleared.explain(error, by_child(moving('b', (40, 'a'))))
     assert error.hint == 'before'

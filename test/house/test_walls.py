@@ -186,7 +186,7 @@ def test_only_a_pose_that_becomes_a_message_asks_the_package_for_a_public_name()
 
 # Classes with a length that are true unless it is 0, and why.
 COLLECTIONS = {
-    '_Names': 'is a sequence of names, as a list is',
+    'Names': 'is a sequence of names, as a list is',
 }
 
 

@@ -283,7 +283,7 @@ HISTORIES['samples'] = _Format(
     Samples, save_samples, lambda child, saved: load_samples(Samples, child, saved))
 
 
-class _Names(Sequence[str]):
+class Names(Sequence[str]):
     """The parent of every sample, stored as an index into a list of names."""
 
     def __init__(self, codes: 'memoryview[int]', names: Sequence[str]) -> None:
@@ -297,18 +297,15 @@ class _Names(Sequence[str]):
     def __getitem__(self, index: int) -> str: ...
 
     @overload
-    def __getitem__(self, index: slice) -> '_Names': ...
+    def __getitem__(self, index: slice) -> 'Names': ...
 
-    def __getitem__(self, index: int | slice) -> 'str | _Names':
+    def __getitem__(self, index: int | slice) -> 'str | Names':
         if isinstance(index, slice):
-            return _Names(self._codes[index], self._names)
+            return Names(self._codes[index], self._names)
         return self._names[self._codes[index]]
 
     def __iter__(self) -> Iterator[str]:
         return map(self._names.__getitem__, self._codes)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._names
 
 
 def _load_columns(saved: Saved) -> tuple[Columns, str | None]:
@@ -321,7 +318,7 @@ def _load_columns(saved: Saved) -> tuple[Columns, str | None]:
     names, ends = saved.many('parents', str), saved.many('ends', int)
     codes = saved.codes(count)
     _check_structure(stamps, codes, len(names))
-    parents = _Names(codes, names)
+    parents = Names(codes, names)
     return (Columns(stamps, poses, parents, ends),
             None if stamps[-1] in ends else parents[-1])
 

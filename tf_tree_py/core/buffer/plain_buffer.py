@@ -58,17 +58,21 @@ class PlainBuffer(Queries):
         are older than the window, as tf2 does.
     """
 
+    # The classes of its parts.
+    tree_class: type[Tree] = Tree
+    waiting_class: type[Waiting] = Waiting
+
     def __init__(self, cache_time: int | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  now: Callable[[], int] | None = None,
                  max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
-        tree = Tree(
+        tree = self.tree_class(
             DEFAULT_CACHE_TIME if cache_time is None else checked_cache_time(cache_time),
             max_frames, max_name_bytes)
         tree.live = now is not None
         super().__init__(tree)
-        self.waiting = Waiting(self._lock)
+        self.waiting = self.waiting_class(self._lock)
         """The waiters for data; its length is their number."""
         self.observers = Observers()
         self.intake = Intake(

@@ -22,6 +22,7 @@ The rules:
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager
 from copy import copy
 import itertools
 import threading
@@ -95,9 +96,10 @@ class Waiting:
     held.
 
     :ivar lock: the buffer's lock, re-entrant.
+    :ivar failure: the last that was sent to all; an inquiry compares it with the one at its start.
     """
 
-    def __init__(self, lock: 'threading.RLock') -> None:
+    def __init__(self, lock: AbstractContextManager[object]) -> None:
         """Begin with empty queues."""
         self.lock = lock
         self._lines: dict[str | None, list[_Entry]] = {}
@@ -105,8 +107,7 @@ class Waiting:
         self._count = 0
         # Set while somebody waits.
         self._somebody = threading.Event()
-        # The last failure that was sent to all. An inquiry compares it with the one at its start.
-        self._failure: TransformException | None = None
+        self.failure: TransformException | None = None
         fork_locks.repair(self)
 
     def __len__(self) -> int:
@@ -154,11 +155,6 @@ class Waiting:
             self._leave(inquiry)
         return popped
 
-    def _pop_reached(self, child: str, latest: int) -> 'list[Inquiry[object]]':
-        """Remove and return the inquiries about stamps that an edge has now reached."""
-        line = self._lines.get(child)
-        return [] if line is None else self._pop(line[:bisect_left(line, (latest + 1,))])
-
     def _pop_all(self) -> 'list[Inquiry[object]]':
         """Remove and return all: the structure changed, or their waits must fail."""
         return self._pop([entry for line in self._lines.values() for entry in line])
@@ -169,9 +165,10 @@ class Waiting:
             return self._pop_all()
         ready: list[Inquiry[object]] = []
         for child in children:
-            history = tree.histories.get(child)
-            if history is not None and history.latest_stamp is not None:
-                ready += self._pop_reached(child, history.latest_stamp)
+            line, history = self._lines.get(child), tree.histories.get(child)
+            if line and history is not None and history.latest_stamp is not None:
+                # Those about stamps that the edge has now reached.
+                ready += self._pop(line[:bisect_left(line, (history.latest_stamp + 1,))])
         return ready
 
     # --- for threads that wait
@@ -245,7 +242,7 @@ class Waiting:
     def fail(self, failure: TransformException) -> None:
         """Make all give up with an error."""
         with self.lock:
-            self._failure = copy(failure)
+            self.failure = copy(failure)
             inquiries = self._pop_all()
         wake_all(inquiries)
 
@@ -312,7 +309,7 @@ class Inquiry(Generic[Answer]):
         self.places: tuple[Blocker, ...] = ()
         self.number, self.over = 0, False
         self._waiting, self._query = waiting, query
-        self._failure_before = waiting._failure
+        self._failure_before = waiting.failure
 
     def ask(self, *, once_more: bool = True,
             before_waiting: Callable[[], None] | None = None) -> Answered[Answer] | None:
@@ -328,7 +325,7 @@ class Inquiry(Generic[Answer]):
         with waiting.lock:
             if self.over:
                 return None
-            failure = waiting._failure
+            failure = waiting.failure
             if failure is not None and failure is not self._failure_before:
                 # A copy, for the same one may be raised in several threads.
                 raise copy(failure)

@@ -252,14 +252,23 @@ class PackedSamples:
         return Columns(stamps, poses,
                        None if self.parents is None else self.parents[first:], ends)
 
-    def lie_on(self, columns: Columns, parent: str | None) -> None:
-        """Use the memory of a file in place; nothing can be added."""
-        # Memory views are read like arrays and lists.
-        self.stamps = cast('array[int]', columns.stamps)
-        self.poses = cast('array[float]', columns.poses)
+    def lie_on(self, columns: Columns, parent: str | None, horizon: int = BEGINNING) -> None:
+        """
+        Use the memory of a file or of another process in place; nothing can be added.
+
+        :param parent: that of the newest sample; None if there is none, or the edge has ended.
+        :param horizon: samples older than this have expired, nanoseconds.
+        """
         self.parents = cast('list[str] | None', columns.parents)
-        self.parent, self._ends = parent, set(columns.ends)
-        self.newest_stamp = self.latest_stamp = self.stamps[-1] if self.stamps else None
+        self.parent, self._ends, self._start = parent, set(columns.ends), 0
+        self.grow_to(columns.stamps, columns.poses, horizon)
+
+    def grow_to(self, stamps: 'memoryview[int]', poses: 'memoryview[float]', horizon: int) -> None:
+        """Use more of the memory that it lies on, if no sample has a parent of its own."""
+        # Memory views are read like arrays and lists.
+        self.stamps, self.poses = cast('array[int]', stamps), cast('array[float]', poses)
+        self._horizon = horizon
+        self.newest_stamp = self.latest_stamp = stamps[-1] if stamps else None
 
     def copy_between(self, first: int, last: int) -> tuple[Stamps, Array]:
         """
@@ -356,8 +365,7 @@ class PackedSamples:
         """Remove expired samples; repeat after an eighth of the window."""
         start = self.first()
         if start >= _MIN_BLOCK:
-            del self.stamps[:start]
-            del self.poses[:start * POSE_FLOATS]
+            self._drop(start)
             if self.parents is not None:
                 del self.parents[:start]
                 self._ends = {end for end in self._ends if end >= self.stamps[0]}
@@ -365,6 +373,11 @@ class PackedSamples:
                     self.parents = None
             self._start = 0
         self._tidy_after = latest + self.cache_time // 8
+
+    def _drop(self, count: int) -> None:
+        """Free the memory of the oldest samples."""
+        del self.stamps[:count]
+        del self.poses[:count * POSE_FLOATS]
 
 
 def _in_order(stamps: Stamps, poses: Array) -> tuple[Stamps, Array]:

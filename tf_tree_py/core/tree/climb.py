@@ -215,23 +215,16 @@ class ClearedEdge(NamedTuple):
     latest: int
 
 
-class Cleared:
-    """The last time that a tree was cleared: why, and what it had."""
+class Cleared(NamedTuple):
+    """
+    The last time that a tree was cleared.
 
-    def __init__(self, why: str, histories: _ByChild) -> None:
-        """
-        Take note of what is about to be cleared.
+    :ivar why: the reason as a clause, such as ``the clock jumped back by 3.000 s``.
+    :ivar edges: what the tree had, by child frame; see ``edges_to_clear``.
+    """
 
-        :param why: the reason as a clause, such as ``the clock jumped back by 3.000 s``.
-        :param histories: those of the tree.
-        """
-        self._why = why
-        self._edges: dict[str | None, ClearedEdge] = {}
-        for child, history in histories.items():
-            if moves(history) and history.oldest_stamp is not None:
-                assert history.latest_stamp is not None
-                self._edges[child] = ClearedEdge(
-                    history.parent, history.oldest_stamp, history.latest_stamp)
+    why: str
+    edges: Mapping[str | None, ClearedEdge]
 
     def explain(self, error: TransformException, histories: _ByChild) -> None:
         """
@@ -242,7 +235,7 @@ class Cleared:
         """
         what = self._lost(error, histories)
         if what:
-            error.hint = f'{what}: {self._why}'
+            error.hint = f'{what}: {self.why}'
 
     def _lost(self, error: TransformException, histories: _ByChild) -> str:
         """Return which data the lookup lacks because of it; '' if it would have failed anyway."""
@@ -254,7 +247,7 @@ class Cleared:
                     'The buffer forgot an edge between them, and has received none since')
         if not isinstance(error, NoDataException | PastExtrapolationException):
             return ''
-        edge = self._edges.get(error.child)
+        edge = self.edges.get(error.child)
         if edge is None:
             return ''
         if error.requested is not None and edge.oldest <= error.requested <= edge.latest:
@@ -269,7 +262,15 @@ class Cleared:
             above.add(frame)
             history = histories.get(frame)
             parent = None if history is None else history.parent
-            if parent is None and frame in self._edges:
-                parent = self._edges[frame].parent
+            if parent is None and frame in self.edges:
+                parent = self.edges[frame].parent
             frame = parent
         return above
+
+
+def edges_to_clear(histories: _ByChild) -> dict[str | None, ClearedEdge]:
+    """Return what a tree is about to forget, by child frame."""
+    return {child: ClearedEdge(history.parent, oldest, latest)
+            for child, history in histories.items() if moves(history)
+            and (oldest := history.oldest_stamp) is not None
+            and (latest := history.latest_stamp) is not None}

@@ -16,6 +16,7 @@ The rules:
 """
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 from .edge_info import EdgeInfo, info_at, info_of, samples_around, stamps_of, summary
 from .tree import Tree
@@ -59,7 +60,7 @@ class Queries:
 
     def __init__(self, tree: Tree) -> None:
         # Re-entrant, so that a wait can hold it during both a query and its own registration.
-        self._lock = fork_locks.rlock()
+        self._lock: AbstractContextManager[object] = fork_locks.rlock()
         self._tree = tree
 
     # A snapshot has no observers.
@@ -298,9 +299,8 @@ class Queries:
         """
         stamp = self._stamp_of(stamp)
         with self._lock:
-            parents = {child: history.parent_at(stamp)
-                       for child, history in self._tree.histories.items()}
-        return {child: parent for child, parent in parents.items() if parent is not None}
+            return {child: parent for child, history in self._tree.histories.items()
+                    if (parent := history.parent_at(stamp)) is not None}
 
     def stamps_of(self, frame: str) -> Stamps:
         """

@@ -17,7 +17,7 @@ The incidents of samples that change the tree, or are refused because they would
 from collections.abc import Sequence
 from typing import cast, TypeVar
 
-from .climb import Cleared, find_loop, Loop
+from .climb import Cleared, edges_to_clear, find_loop, Loop
 from .companions import Companion
 from .path_finder import PathFinder, Spanning
 from ..edges.interpolation import Interpolation
@@ -57,7 +57,11 @@ class Tree:
     :ivar frames: every frame name, in order of first appearance.
     :ivar paths: finds the path between two frames.
     :ivar spanning: computes the poses of all frames in one pass.
+    :ivar cleared: the last time that ``clear`` was called, for errors; None if it never was.
+    :cvar samples: the class of the histories that it makes.
     """
+
+    samples: type[Samples] = Samples
 
     def __init__(self, cache_time: int, max_frames: int, max_name_bytes: int) -> None:
         self.cache_time = cache_time
@@ -72,7 +76,7 @@ class Tree:
         self.spanning = Spanning(self.histories, self.paths)
         self._remarks = Remarks()
         self._known: dict[object, list[History | None]] = {}
-        self._cleared: Cleared | None = None
+        self.cleared: Cleared | None = None
 
     # --- inserting
 
@@ -112,10 +116,9 @@ class Tree:
         kept = self._known.get(key)
         if kept is not None:
             return kept
-        known = []
-        for parent, child in edges:
-            history = self.histories.get(child)
-            known.append(history if history is not None and history.parent == parent else None)
+        histories = [(self.histories.get(child), parent) for parent, child in edges]
+        known = [history if history is not None and history.parent == parent else None
+                 for history, parent in histories]
         # Not cached with an unknown edge: it may always be refused, and its names may be long.
         if key is not None and None not in known:
             if (len(self._known) >= _MAX_KNOWN
@@ -187,15 +190,16 @@ class Tree:
                          pose: PoseTuple, authority: str, static: bool) -> list[Incident]:
         """Insert a sample that may change the structure."""
         cls = StaticHistory if static else Samples
+        until = FOREVER if history is None else history.next_stamp(stamp)
         incidents = self._let_in(history, parent, child, stamp, authority, cls.described_as,
-                                 _time_of(history, stamp, static))
+                                 (BEGINNING, FOREVER) if static else (stamp, until))
         if incidents and incidents[-1].refused:
             return incidents
         if static:
             self.histories[child] = StaticHistory(child, parent, pose, authority)
         else:
             if history is None or history.is_static or not history.takes_samples:
-                history = Samples(child, self.cache_time)
+                history = self.samples(child, self.cache_time)
             unchanged = (not history.fixed_parent and history.parent == parent
                          and history.next_stamp(stamp) == FOREVER)
             history.insert(stamp, parent, pose)
@@ -229,7 +233,7 @@ class Tree:
 
         Silent edges that would close a loop with it are ended.
 
-        :param time: the interval with this parent; see ``_close_loop``.
+        :param time: the interval in which the parent is this one; see ``_close_loop``.
         """
         unknown = {frame for frame in (parent, child) if frame not in self.frames}
         bad = bad_name(parent, child, stamp, authority, self.max_name_bytes) if unknown else None
@@ -310,10 +314,9 @@ class Tree:
 
     def companion_or_new(self, cls: type[_Companion]) -> _Companion:
         """Return the companion of a class, which is created if the tree has none."""
-        found = self.companion(cls)
-        if found is None:
-            found = self.companions[cls] = cls()
-        return found
+        if cls not in self.companions:
+            self.companions[cls] = cls()
+        return cast('_Companion', self.companions[cls])
 
     # --- removing
 
@@ -323,7 +326,7 @@ class Tree:
 
         :param why: the reason as a clause, for errors of lookups that fail because of it.
         """
-        self._cleared = Cleared(why, self.histories)
+        self.cleared = Cleared(why, edges_to_clear(self.histories))
         for history in self.histories.values():
             history.clear()
         for companion in self.companions.values():
@@ -334,8 +337,8 @@ class Tree:
                  source_frame: str | None) -> None:
         """Add to the error of a lookup its frames, and the hint that is right for this tree."""
         error.in_lookup(target_frame, source_frame, self.live)
-        if self._cleared is not None:
-            self._cleared.explain(error, self.histories)
+        if self.cleared is not None:
+            self.cleared.explain(error, self.histories)
 
     def remove(self, frame: str) -> bool:
         """
@@ -352,13 +355,6 @@ class Tree:
             del self.frames[frame]
         self._structure_changed()
         return True
-
-
-def _time_of(history: History | None, stamp: int, static: bool) -> tuple[int, int]:
-    """Return the interval in which a new sample would determine the parent."""
-    if static:
-        return BEGINNING, FOREVER
-    return stamp, FOREVER if history is None else history.next_stamp(stamp)
 
 
 # --- incidents
