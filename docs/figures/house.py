@@ -53,6 +53,7 @@ LAYERS = {
     'urdf': Layer('core buffer_core', needs='numpy xacro'),
     'bag': Layer('core frame_names beyond recording buffer_core health urdf', 'files assembly',
                  needs='apsw backports compression lz4 numpy rich rosbags ruamel'),
+    'shared': Layer('core files buffer_core', needs='numpy'),
     'calibration': Layer('core screws beyond buffer_core bag', needs='numpy rosbags scipy'),
     'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),
     'ros': Layer('core screws frame_names limited_log beyond recording buffer_core reports health '

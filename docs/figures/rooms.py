@@ -26,9 +26,9 @@ BEGIN, END = '<!-- rooms: written by docs/figures/rooms.py -->\n', '<!-- end of 
 
 # From the top. A layer imports layers in rows below its own, and to its left; so do rooms.
 ROWS = ('view', 'command tools nodes labs dropin', 'ros',
-        'frame_names urdf bag calibration fleet interfaces',
+        'frame_names urdf bag calibration shared fleet',
         'recording reports buffer_core limited_log thinning health', 'beyond',
-        'files screws many_stamps outline', 'core')
+        'files screws many_stamps outline interfaces', 'core')
 
 # Inches; the whole picture is at most 1000 pixels wide, at 96 pixels an inch.
 WIDTH, GAP, TITLE, LINE, MARGIN = 1.345, 0.05, 0.21, 0.14, 0.05

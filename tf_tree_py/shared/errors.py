@@ -1,0 +1,18 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""The exceptions of this room."""
+
+from tf_tree_py.core.errors import TransformException
+
+
+class SharedTreeException(TransformException):
+    """
+    A shared tree cannot be used: nobody writes it, it is damaged, or it cannot be changed here.
+
+    It is raised by lookups, too, so programs that catch the exceptions of tf2 catch it.
+    """
+
+
+class LapsedException(SharedTreeException):
+    """Memory was used again while it was read; the methods of ``SharedTree`` then ask again."""

@@ -1,0 +1,292 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The writer of a shared tree.
+
+Whoever changes a tree holds its lock, so each hold of the lock ends with a new state, if anything
+has changed: a message becomes visible as a whole.
+"""
+
+from array import array
+import os
+import threading
+import time
+from types import TracebackType
+from typing import NamedTuple
+import zlib
+
+from tf_tree_py.core import fork_locks
+from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
+from tf_tree_py.core.buffer.waiting import Waiting
+from tf_tree_py.core.closable import Closable
+from tf_tree_py.core.edges.protocol import History
+from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.core.tree.tree import Tree
+
+from . import layout
+from .block_samples import BlockSamples
+from .directory import directory_of, Failures
+from .errors import SharedTreeException
+from .futex import Futex
+from .layout import fence, ROW_WORDS, STATE
+from .memory import Memory
+from .place import hold, Place
+
+_BEAT_S = 0.1
+
+
+class SharingTree(Tree):
+    """A tree whose samples can lie in shared memory."""
+
+    samples = BlockSamples
+
+
+def share(buffer: PlainBuffer, place: Place) -> 'Sharing':
+    """
+    Share the tree of a buffer, from now until the end of the process or ``close``.
+
+    :param buffer: its ``tree_class`` is ``SharingTree``, and no other thread uses it yet.
+    :raises SharedTreeException: somebody else shares a tree at this place, or it cannot be shared.
+    """
+    if buffer.cache_time >= UNLIMITED:
+        raise SharedTreeException(
+            'A shared tree needs a cache time, because the memory of the machine is limited')
+    sharing = Sharing(place, buffer._tree, buffer.waiting)
+    buffer._lock = buffer.waiting.lock = buffer.intake.lock = sharing.lock
+    return sharing
+
+
+class PublishingLock:
+    """A buffer's lock, at whose release a new state is published."""
+
+    def __init__(self, sharing: 'Sharing') -> None:
+        self._lock = fork_locks.rlock()
+        self._sharing = sharing
+        self._depth = 0
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+        self._depth += 1
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self._depth -= 1
+        try:
+            if self._depth == 0:
+                self._sharing.publish()
+        finally:
+            self._lock.release()
+
+
+class _Slot(NamedTuple):
+    """The memory of every eighth root and table."""
+
+    root: memoryview
+    offset: int
+    table: memoryview
+
+
+class Sharing(Closable):
+    """
+    A tree in shared memory, for the process that changes it; see ``share``.
+
+    :ivar lock: the tree is changed, and looked up in this process, only with this lock.
+    :ivar over: set when sharing has ended.
+    :ivar why: the reason as a clause, then.
+    """
+
+    def __init__(self, place: Place, tree: Tree, waiting: Waiting) -> None:
+        self.lock = PublishingLock(self)
+        self._waiting = waiting
+        self._tree = tree
+        self._histories: list[History] = []
+        self._authorities: list[str] = []
+        self._names: dict[str, int] = {}
+        # What the newest state contains.
+        self._version, self._written_names, self._all_have_blocks = -1, 0, True
+        self._failure, self._failures = waiting.failure, Failures()
+        self._rows = array('q')
+        self._table, self._table_rows = b'', -1
+        self._slots: list[_Slot] = []
+        self._directory, self._edition = b'', 0
+        self._blocks = 0
+        # Its offset, length and checksum.
+        self._directory_facts = 0, 0, 0
+        self.over, self.why = threading.Event(), ''
+        place.make_folder()
+        self._held = hold(place)
+        try:
+            self._memory = Memory(place.memory)
+        except BaseException:
+            os.close(self._held)
+            raise
+        self._futex = Futex(self._memory.words, STATE)
+        fork_locks.repair(self)
+        self.publish()
+        if self.over.is_set():
+            raise SharedTreeException(self.why)
+        self._memory.words[layout.BEAT] = time.monotonic_ns()
+        self._memory.appear()
+        self._heart = threading.Thread(target=self._beat, name='tf_tree_py shares', daemon=True)
+        self._heart.start()
+
+    def close(self, why: str = 'it was ended') -> None:
+        """
+        End sharing; readers then get an error, and the tree goes on in memory of this process.
+
+        :param why: the reason as a clause.
+        """
+        with self.lock:
+            self._end(why)
+        self._heart.join()
+
+    def _end(self, why: str) -> None:
+        if not self.over.is_set():
+            self._leave(why)
+            self._memory.close(why)
+            self._futex.wake_all()
+            os.close(self._held)
+
+    def repair_in_child(self) -> None:
+        """Leave the memory to the parent process, which remains the writer."""
+        if not self.over.is_set():
+            self._leave('this is a child process of the one that shares it')
+            self._memory.forget()
+            os.close(self._held)
+
+    def _leave(self, why: str) -> None:
+        self.why = why
+        self.over.set()
+        for history in self._histories:
+            if isinstance(history, BlockSamples):
+                history.leave()
+
+    def _beat(self) -> None:
+        words = self._memory.words
+        while not self.over.wait(_BEAT_S):
+            words[layout.BEAT] = time.monotonic_ns()
+            if not self._memory.is_in_place():
+                with self.lock:
+                    self._end('its file was removed')
+
+    # --- a new state
+
+    def publish(self) -> None:
+        """
+        Make the present state of the tree visible, if it is new; the lock is held.
+
+        If that is impossible, sharing ends.
+        """
+        if self.over.is_set():
+            return
+        try:
+            changed = self._renew_rows()
+            table = self._rows.tobytes()
+            if changed or table != self._table:
+                self._write_state(table)
+        except Exception as error:  # noqa: B902 - half a state must not be completed
+            self._end(f'{error}' or repr(error))
+
+    def _write_state(self, table: bytes) -> None:
+        memory = self._memory
+        state = memory.state + 1
+        slot = self._slots[state % layout.ROOTS]
+        slot.table[:len(table)] = table
+        layout.root_struct.pack_into(
+            slot.root, 0, state, slot.offset, len(self._histories), *self._directory_facts,
+            self._edition, layout.checksum(state, self._edition, table))
+        fence()
+        memory.state = state
+        memory.words[STATE] = layout.state_word(state)
+        self._futex.wake_all()
+        self._table = table
+
+    def _renew_rows(self) -> bool:
+        """Bring the rows up to date; return whether the directory is new."""
+        tree = self._tree
+        structure = tree.version != self._version
+        if structure:
+            self._assign_rows(list(tree.histories.values()))
+        authorities = [history.authority for history in self._histories]
+        if structure or authorities != self._authorities:
+            self._authorities = authorities
+            self._rows[3::ROW_WORDS] = array('q', map(self.code, authorities))
+        failure = self._waiting.failure
+        if (not structure and self._all_have_blocks and failure is self._failure
+                and self._written_names == len(self._names)):
+            return False
+        if failure is not self._failure:
+            self._failure = failure
+            self._failures = Failures(self._failures.number + 1, str(failure))
+        for history in self._histories:
+            if isinstance(history, BlockSamples) and history.block is None:
+                history.settle()
+        self._version, self._all_have_blocks = tree.version, True
+        self._written_names = len(self._names)
+        return self._write_directory()
+
+    def _assign_rows(self, histories: list[History]) -> None:
+        """Give each edge a row, and take the blocks of those that are gone."""
+        for history in set(self._histories) - set(histories):
+            if isinstance(history, BlockSamples):
+                history.release()
+        self._histories = histories
+        self._rows = array('q', [0]) * (ROW_WORDS * len(histories))
+        for index, history in enumerate(histories):
+            if isinstance(history, BlockSamples):
+                history.place_in(self)
+                history.use_row(self._rows, index)
+        if len(histories) > self._table_rows:
+            self._make_tables(len(histories) + len(histories) // 2 + 8)
+
+    def _make_tables(self, rows: int) -> None:
+        row = ROW_WORDS * layout.WORD
+        for slot in self._slots:
+            self._memory.retire(slot.offset, len(slot.table))
+        self._slots.clear()
+        for number in range(layout.ROOTS):
+            offset = self._memory.allocate(row * rows)
+            self._slots.append(_Slot(
+                self._memory.view(layout.root_at(number), layout.root_struct.size), offset,
+                self._memory.view(offset, row * rows)))
+        self._table_rows = rows
+
+    def _write_directory(self) -> bool:
+        """Write the directory if it has changed."""
+        directory = directory_of(self._tree, list(self._names), self._failures).as_bytes()
+        if directory == self._directory:
+            return False
+        memory, size = self._memory, len(directory)
+        offset = memory.allocate(size)
+        memory.view(offset, size)[:] = directory
+        if self._directory:
+            memory.retire(*self._directory_facts[:2])
+        self._directory = directory
+        self._directory_facts = offset, size, zlib.crc32(directory)
+        self._edition += 1
+        return True
+
+    # --- blocks
+
+    def new_block(self, capacity: int, coded: bool) -> layout.Block | None:
+        """Return an unused block; None if there is no memory, so that sharing has ended."""
+        try:
+            offset = self._memory.allocate(layout.block_bytes(capacity, coded))
+        except SharedTreeException as error:
+            self._end(str(error))
+            return None
+        self._blocks += 1
+        return layout.block_at(self._memory.memory, offset, capacity, coded, self._blocks)
+
+    def retire_block(self, block: layout.Block) -> None:
+        """Let a block be used again, some time after the next state."""
+        self._memory.retire(block.offset, layout.block_bytes(block.capacity, len(block.codes) > 0))
+
+    def code(self, name: str) -> int:
+        """Return the number of a name."""
+        return self._names.setdefault(name, len(self._names))
+
+    def note(self) -> None:
+        """Take note that a history has no block."""
+        self._all_have_blocks = False

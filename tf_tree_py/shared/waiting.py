@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Waiting for the data of another process.
+
+What waits stands in the queues of ``core.buffer.waiting``, as for a buffer. While something does,
+a thread sleeps until there is a new state, and wakes those whose answer may have changed.
+"""
+
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
+import itertools
+import threading
+
+from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
+from tf_tree_py.core.errors import Blocker, ClockJumpException
+from tf_tree_py.core.tree.tree import Tree
+
+from .errors import LapsedException, SharedTreeException
+from .futex import Futex
+from .layout import STATE
+from .mirror import Mirror
+
+# How often to look whether the writer is alive.
+_LOOK_S = 0.1
+
+
+class SharedWaiting(Waiting):
+    """
+    The inquiries that wait for the data of another process; ``follow`` is called first.
+
+    :cvar stay_s: how long the thread stays when nothing waits, seconds.
+    """
+
+    stay_s = 1.0
+
+    def __init__(self, lock: AbstractContextManager[object]) -> None:
+        super().__init__(lock)
+        self._thread: threading.Thread | None = None
+
+    def follow(self, mirror: Mirror, tree: Tree) -> None:
+        """Wake inquiries when the state of a tree has changed."""
+        self.lock = mirror.plain
+        self._mirror, self._tree = mirror, tree
+        # The version at which inquiries were last woken, and the failures that they know.
+        self._version, self._failures, self._words = tree.version, 0, mirror.words
+        self._numbers = itertools.count(1)  # zero is that of an inquiry that never waited
+
+    def repair_in_child(self) -> None:
+        """Forget the threads of the parent process, which do not exist here."""
+        super().repair_in_child()
+        self._thread = None
+
+    def _enter(self, inquiry: Inquiry[object], blockers: Iterable[Blocker]) -> None:
+        is_new = not inquiry.number
+        super()._enter(inquiry, blockers)
+        if len(self) == 1:  # all that is known now was known to the query
+            self._version = self._tree.version
+        self._note_failure()
+        if is_new:
+            inquiry._failure_before = self.failure
+        elif inquiry._failure_before is not self.failure:
+            self._version = -1  # it waits already, so it must fail
+        if self._thread is None:
+            thread = threading.Thread(target=self._follow, name='tf_tree_py waits', daemon=True)
+            try:
+                thread.start()
+            except RuntimeError:  # there are too many
+                self._leave(inquiry)
+                raise
+            self._thread = thread
+
+    def _follow(self) -> None:
+        while self._is_needed():
+            words = self._mirror.words
+            state = words[STATE]
+            try:
+                self._wake()
+            except BaseException as error:  # noqa: B902 - of a callback; the others were woken
+                threading.excepthook(threading.ExceptHookArgs(
+                    (type(error), error, error.__traceback__, self._thread)))
+            Futex(words, STATE).wait(state, _LOOK_S)
+
+    def _is_needed(self) -> bool:
+        """Sleep until something waits; return False if nothing did for a while."""
+        if self.sleep_until_somebody(self.stay_s):
+            return True
+        with self.lock:
+            if len(self):
+                return True
+            self._thread = None
+            return False
+
+    def _wake(self) -> None:
+        """Show the newest state, and wake those whose answer may have changed."""
+        self._over: SharedTreeException | None = None
+        self.change(self._tree, self._tree.histories.keys, self._refresh)
+        if self._over is not None:
+            self.fail(self._over)
+
+    def _note_failure(self) -> None:
+        """Let those that wait fail, if those in the other process have; the lock is held."""
+        failures, words = self._mirror.directory.failures, self._mirror.words
+        if failures.number != self._failures and words is self._words:
+            self.failure = ClockJumpException(failures.last)
+            self._version = -1  # so that all ask again
+        self._failures, self._words = failures.number, words
+
+    def _refresh(self) -> None:
+        try:
+            with self._mirror:
+                pass
+        except LapsedException:
+            return  # there is another state already
+        except SharedTreeException as error:
+            self._over = error
+        self._note_failure()
+        # Another thread, which looked something up, may have shown a new structure first.
+        if self._tree.version != self._version:
+            self._tree.version += 1
+            self._version = self._tree.version
