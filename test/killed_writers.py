@@ -181,7 +181,7 @@ def found_after(domain_id, line):
         os.write(to_begin, b'.')
         made = len(read_all(done))
         assert os.waitpid(pid, 0)[1] == signal.SIGKILL
-        # Whatever the writer left must be readable, although nobody may use it any more.
+        # What the writer left must be readable, although lookups raise an error then.
         tree.attachment.check = lambda: False
         tree.attachment.alive_until = FOREVER
         found = contents(tree)

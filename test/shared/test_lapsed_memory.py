@@ -148,7 +148,7 @@ def test_interrupt_is_not_replaced(writer, reading):
 
 
 class Meddling(str):
-    """The name of a frame; whoever looks it up lets time pass."""
+    """The name of a frame; a lookup of it calls a function first."""
 
     __slots__ = ('meanwhile',)
 

@@ -20,7 +20,13 @@ from programs import PATIENCE_S
 import pytest
 from sharing_trees import new_place, shared, SharingBuffer, TESTS, WriterProcess
 from tf_tree_py import BufferCore, from_seconds, UNLIMITED
-from tf_tree_py.shared import layout, memory as memory_module, place as place_module
+from tf_tree_py.shared import (
+    attachment as attachment_module,
+    layout,
+    memory as memory_module,
+    place as place_module,
+)
+from tf_tree_py.shared.attachment import Attachment
 from tf_tree_py.shared.errors import SharedTreeException
 from tf_tree_py.shared.place import Place
 from tf_tree_py.shared.shared_tree import SharedTree
@@ -110,7 +116,7 @@ def test_writer_of_another_version_is_not_taken_for_the_old_one(domain_id, start
     first = start(1.0)
     with SharedTree(domain_id=domain_id) as tree:
         first.close()
-        with monkeypatched_magic(), share(SharingBuffer(), Place(domain_id)):
+        with another_version(), share(SharingBuffer(), Place(domain_id)):
             until(lambda: 'not a tree of this version' in error_of(tree.frames))
             for _ in range(3):
                 assert 'not a tree of this version' in error_of(tree.frames)
@@ -121,7 +127,7 @@ def test_writer_of_another_version_is_not_taken_for_the_old_one(domain_id, start
 
 
 @contextmanager
-def monkeypatched_magic():
+def another_version():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(memory_module, 'MAGIC', layout.MAGIC + 1)
         yield
@@ -163,6 +169,19 @@ def test_removed_file_ends_sharing():
         until(lambda: error_of(tree.frames))
 
 
+def test_silence_of_a_dead_writer_is_believed_for_a_quarter_of_a_second(
+        domain_id, start, monkeypatch):
+    writer = start(1.0)
+    attachment = Attachment(Place(domain_id))
+    writer.close()
+    now = attachment.words[layout.BEAT] + 249 * MS
+    monkeypatch.setattr(attachment_module.time, 'monotonic_ns', lambda: now)
+    assert error_of(attachment.check) == ''
+    now += 2 * MS
+    assert 'has died: its last sign of life was 251' in error_of(attachment.check)
+    attachment.close()
+
+
 def test_writer_that_is_stopped_is_not_believed_until_it_goes_on(domain_id, start):
     writer = start(1.0)
     with SharedTree(domain_id=domain_id) as tree:
@@ -202,7 +221,7 @@ def test_second_writer_is_refused_and_others_topics_are_another_tree(domain_id, 
     writer = start(1.0)
     with pytest.raises(SharedTreeException, match=(
             rf'process {writer.pid} already shares /tf and /tf_static of domain '
-            f'{domain_id}; there can be one')):
+            f'{domain_id}, and only one can')):
         share(SharingBuffer(), Place(domain_id))
     topics = ['/robot1/tf', '/robot1/tf_static']
     with share(SharingBuffer(), Place(domain_id, topics)):

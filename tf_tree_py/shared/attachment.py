@@ -73,7 +73,7 @@ class Attachment:
         If there is another writer, its file is mapped. There is no need to ask again before
         ``alive_until``.
 
-        :raises SharedTreeException: nobody writes.
+        :raises SharedTreeException: there is no writer.
         """
         now, beat = time.monotonic_ns(), self.words[BEAT]
         self.alive_until = min(beat, now) + _SILENCE

@@ -24,7 +24,7 @@ from .layout import Block, POSE_BYTES, ROW_WORDS
 
 # How many more samples than it has now a block has room for, at least.
 _SPARE = 32
-_STRIDE = 11
+_STRIDE = 11  # has no common divisor with _SPARE
 _NO_MEMORY = memoryview(b'')
 
 
@@ -150,12 +150,8 @@ class BlockSamples(Samples):
             if self.parents is not None:
                 block.codes[:count] = memoryview(array('I', map(self._blocks.code, self.parents)))
             self.block, self._first, self._count = block, 0, count
-            self._room = block.capacity
             self._in_stamps, self._in_poses = block.stamps, block.poses
-            if stamps[-1] - stamps[0] < self.cache_time:
-                # Edges with one rate would be copied in the same message, each time.
-                share = self._at // ROW_WORDS * _STRIDE % _SPARE
-                self._room -= (self._room - count) * share // (2 * _SPARE)
+            self._room = self._room_in(block.capacity)
         if old is not None:
             self._blocks.retire_block(old)
         self._write_row()
@@ -170,6 +166,15 @@ class BlockSamples(Samples):
         grid = 1 << max(count.bit_length() - 6, 0)
         return -(-wanted // grid) * grid
 
+    def _room_in(self, capacity: int) -> int:
+        """Return how many samples a new block is used for."""
+        if self.stamps[-1] - self.stamps[0] >= self.cache_time:
+            return capacity
+        # Until the window is full, each edge uses another part of the room. Otherwise edges with
+        # the same rate would all be copied in the same message, again and again.
+        part = self._at // ROW_WORDS * _STRIDE % _SPARE
+        return capacity - (capacity - self._count) * part // (2 * _SPARE)
+
     def _write_row(self) -> None:
         block = self.block
         if block is None:
@@ -182,15 +187,18 @@ class BlockSamples(Samples):
 
     # --- the next sample, in place
 
-    def append(self, stamp: int, pose: bytes) -> bool:
-        """Insert the next sample with the same parent; as in ``PackedSamples``, but in place."""
+    def append(self, stamp: int, pose: bytes, coded: bool = False) -> bool:
+        """
+        Insert the next sample with the same parent; as in ``PackedSamples``, but in place.
+
+        :param coded: whether the caller stores the parent of the sample.
+        """
         if self.block is None or self._count == self._room and not self.settle():
-            return super().append(stamp, pose)
+            return not coded and super().append(stamp, pose)
         latest = self.newest_stamp
-        if latest is None or stamp < latest or self.parents is not None:
+        if latest is None or stamp < latest or (self.parents is not None and not coded):
             return False
         self._horizon = latest - self.cache_time
-        # The same as _put: its call would cost the writer a fortieth of all it does.
         count = self._count
         at = POSE_BYTES * count
         self._in_stamps[count] = stamp
@@ -200,26 +208,15 @@ class BlockSamples(Samples):
         self.newest_stamp = self.latest_stamp = stamp
         return True
 
-    def _put(self, stamp: int, pose: bytes) -> None:
-        """Write a sample behind the last; there is room."""
-        count = self._count
-        at = POSE_BYTES * count
-        self._in_stamps[count] = stamp
-        self._in_poses[at:at + POSE_BYTES] = pose
-        self._count = count = count + 1
-        self._rows[self._at_samples] = count + count
-
     def _append(self, stamp: int, parent: str, pose: PoseTuple) -> None:
-        if self.block is None or self._count == self._room and not self.settle():
+        if self.block is None or not self.append(stamp, pack_pose(*pose), self.coded):
             super()._append(stamp, parent, pose)
             return
-        self._put(stamp, pack_pose(*pose))
+        self.parent = parent
         if self.parents is not None:
-            assert self.block is not None and self._blocks is not None
+            assert self._blocks is not None
             self.block.codes[self._count - 1] = self._blocks.code(parent)
             self.parents.append(parent)
-        self.newest_stamp, self.parent = stamp, parent
-        self.latest_stamp = self._last_held()
 
     def _drop(self, count: int) -> None:
         if self.block is None or self.coded:

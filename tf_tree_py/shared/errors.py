@@ -8,7 +8,7 @@ from tf_tree_py.core.errors import TransformException
 
 class SharedTreeException(TransformException):
     """
-    A shared tree cannot be used: nobody writes it, it is damaged, or it cannot be changed here.
+    A shared tree cannot be used: it has no writer, is damaged, or cannot be changed here.
 
     It is raised by lookups, too, so programs that catch the exceptions of tf2 catch it.
     """

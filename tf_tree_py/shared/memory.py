@@ -38,7 +38,7 @@ class Room:
         self._free: list[tuple[int, int]] = []
 
     def add(self, offset: int, size: int) -> None:
-        """Add a part that nobody uses."""
+        """Add a part that is not in use."""
         insort(self._free, (offset, size))
         index = self._free.index((offset, size))
         for left in (index, index - 1):

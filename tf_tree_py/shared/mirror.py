@@ -158,7 +158,7 @@ class Mirror:
         """
         Show the newest state.
 
-        :raises SharedTreeException: nobody writes any more, or the file is damaged.
+        :raises SharedTreeException: there is no writer any more, or the file is damaged.
         """
         lapsed = self._depth > 1 and self.words[INTACT] > self._state
         self._attachment.check()

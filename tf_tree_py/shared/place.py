@@ -83,7 +83,7 @@ class Place:
 
     def check_folder(self) -> None:
         """
-        Check that nobody else could have put something into the folder, if it exists.
+        Check that only this user could have put something into the folder, if it exists.
 
         :raises SharedTreeException: another user can write there.
         """
@@ -119,7 +119,7 @@ def hold(place: Place) -> int:
     Become the writer of a place.
 
     :return: a file descriptor; it is the writer's until it is closed.
-    :raises SharedTreeException: somebody else is the writer.
+    :raises SharedTreeException: another process is the writer.
     """
     descriptor = opened(place.lock, os.O_RDWR | os.O_CREAT)
     try:
@@ -132,7 +132,7 @@ def hold(place: Place) -> int:
         if error.errno not in (errno.EAGAIN, errno.EACCES):
             raise SharedTreeException(f'{place.lock}: {error.strerror}') from error
         raise SharedTreeException(
-            f'The process {holder or "?"} already shares {place.what}; there can be one') from None
+            f'The process {holder or "?"} already shares {place.what}, and only one can') from None
     return descriptor
 
 
@@ -163,7 +163,7 @@ def process_status(pid: int) -> ProcessStatus:
 
 
 def is_held(descriptor: int) -> bool:
-    """Return whether a process is the writer; this takes no lock, so it disturbs nobody."""
+    """Return whether some process is the writer, without taking the lock."""
     asked = _flock.pack(fcntl.F_WRLCK, 0, 0, 0, 0)
     kind: int = _flock.unpack(fcntl.fcntl(descriptor, fcntl.F_OFD_GETLK, asked))[0]
     return kind != fcntl.F_UNLCK

@@ -92,7 +92,7 @@ class SharedTree(BufferCore, Closable):
         :param domain_id: None: that of ``ROS_DOMAIN_ID``, or 0.
         :param topics: from which ``tf_share`` receives.
         :param wait_s: how long to wait for a process that shares it, seconds.
-        :raises SharedTreeException: nobody shares it, or it cannot be read.
+        :raises SharedTreeException: no process shares it, or it cannot be read.
         """
         super().__init__()
         self._tree.live = True

@@ -163,11 +163,12 @@ class Sharing(Closable):
                 history.leave()
 
     def _beat(self) -> None:
-        words = self._memory.words
         while not self.over.wait(_BEAT_S):
-            words[layout.BEAT] = time.monotonic_ns()
-            if not self._memory.is_in_place():
-                with self.lock:
+            with self.lock:  # or else it might beat once more after the end
+                if self.over.is_set():
+                    break
+                self._memory.words[layout.BEAT] = time.monotonic_ns()
+                if not self._memory.is_in_place():
                     self._end('its file was removed')
 
     # --- a new state
@@ -220,7 +221,8 @@ class Sharing(Closable):
             self._failure = failure
             self._failures = Failures(self._failures.number + 1, str(failure))
         for history in self._histories:
-            if isinstance(history, BlockSamples) and history.block is None:
+            if (isinstance(history, BlockSamples) and history.block is None
+                    and not self.over.is_set()):  # there may be no memory for the one before
                 history.settle()
         self._version, self._all_have_blocks = tree.version, True
         self._written_names = len(self._names)

@@ -45,6 +45,7 @@ class SharedWaiting(Waiting):
         self._mirror, self._tree = mirror, tree
         # The version at which inquiries were last woken, and the failures that they know.
         self._version, self._failures, self._words = tree.version, 0, mirror.words
+        self._over: SharedTreeException | None = None
         self._numbers = itertools.count(1)  # zero is that of an inquiry that never waited
 
     def repair_in_child(self) -> None:
@@ -94,7 +95,7 @@ class SharedWaiting(Waiting):
 
     def _wake(self) -> None:
         """Show the newest state, and wake those whose answer may have changed."""
-        self._over: SharedTreeException | None = None
+        self._over = None
         self.change(self._tree, self._tree.histories.keys, self._refresh)
         if self._over is not None:
             self.fail(self._over)
