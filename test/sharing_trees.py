@@ -3,7 +3,7 @@
 
 """Trees that tests share: each at a place of its own, which is empty afterwards."""
 
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 import itertools
 import os
 from pathlib import Path
@@ -32,12 +32,14 @@ def new_place():
     try:
         yield domain_id
     finally:
-        place = Place(domain_id)
-        for pattern in ('{}.*', '.{}.*', '{}-*'):  # those of other topics, too
-            for path in place.memory.parent.glob(pattern.format(place.memory.stem)):
-                path.unlink()
-        with suppress(OSError):  # others may use it
-            place.memory.parent.rmdir()
+        remove_files(Place(domain_id))
+
+
+def remove_files(place):
+    """Remove the files of a place, and those of other topics of its domain."""
+    for pattern in ('{}.*', '.{}.*', '{}-*'):
+        for path in place.memory.parent.glob(pattern.format(place.memory.stem)):
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

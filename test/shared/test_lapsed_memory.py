@@ -3,6 +3,8 @@
 
 """Memory that is used again while somebody reads it, or between two looks."""
 
+import threading
+
 import numpy as np
 import pytest
 from sharing_trees import shared, SharingBuffer
@@ -75,7 +77,7 @@ def reading(writer):
     """Return the lock of a tree that shows the writer's, its tree, and the words of the header."""
     tree = MirrorTree(0, 1_000, 1_000)
     attachment = Attachment(Place(writer.domain_id))
-    mirror = Mirror(attachment, tree)
+    mirror = Mirror(attachment, tree, threading.RLock())
     yield mirror, tree, attachment.words
     attachment.close()
 

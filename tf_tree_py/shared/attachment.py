@@ -16,10 +16,11 @@ import time
 import weakref
 
 from tf_tree_py.core.stamp import format_span
+from tf_tree_py.core.text import listed
 
 from .errors import SharedTreeException
 from .layout import BEAT, BEGUN, MAGIC, PAGE, PID, WHY, WHY_AT
-from .place import is_held, opened, Place, process_status
+from .place import is_held, opened, other_users, Place, process_status
 
 _HOW_TO_START = 'start one with: ros2 run tf_tree_py tf_share'
 # The writer gives ten signs of life a second. After this time without one, nanoseconds, the system
@@ -56,8 +57,11 @@ class Attachment:
             raise self._nobody() from None
         self._free_lock = weakref.finalize(self, os.close, self._lock)
         self._free_file: weakref.finalize[..., Attachment] | None = None
-        if not is_held(self._lock) or not self._map_newest():
+        held = is_held(self._lock)
+        if not self._map_newest():
             raise self._nobody()
+        if not held:
+            raise self._silent(False, False, time.monotonic_ns() - self.words[BEAT])
 
     def close(self) -> None:
         """Free the file; later calls of ``check`` raise an error."""
@@ -81,7 +85,7 @@ class Attachment:
             return
         if not self._free_lock.alive:
             raise SharedTreeException('This shared tree has been closed')
-        held = is_held(self._lock)
+        held = self._is_held()
         if held and self._map_newest():
             return
         # A writer removes the file of the one before it, so this one is that of the holder.
@@ -90,10 +94,28 @@ class Attachment:
         if not held or stopped or not beat or now - beat >= _TOO_LONG:
             raise self._silent(held, stopped, now - beat)
 
+    def _is_held(self) -> bool:
+        """Return whether there is a writer; its lock may be another file than before."""
+        if is_held(self._lock):
+            return True
+        with suppress(FileNotFoundError):
+            found = opened(self._place.lock, os.O_RDONLY)
+            if not os.path.samestat(os.fstat(found), os.fstat(self._lock)):
+                self._free_lock()
+                self._lock, self._free_lock = found, weakref.finalize(self, os.close, found)
+                return is_held(found)
+            os.close(found)
+        return False
+
     def _is_in_place(self) -> bool:
         with suppress(FileNotFoundError):
             return os.path.samestat(os.stat(self._place.memory), os.fstat(self._file))
         return False
+
+    @property
+    def who(self) -> str:
+        """Return which process the writer is, for texts."""
+        return f'tf_share (process {self.words[PID]}, {self._place.what})'
 
     def size(self) -> int:
         """Return the size of the file, bytes."""
@@ -151,7 +173,10 @@ class Attachment:
             f'{self._place.what}')
 
     def _nobody(self) -> SharedTreeException:
-        return SharedTreeException(f'No process shares {self._place.what}: {_HOW_TO_START}')
+        others = other_users()
+        beside = f' (users with trees of their own: {listed(others)})' if others else ''
+        return SharedTreeException(
+            f'No process shares {self._place.what}{beside}: {_HOW_TO_START}')
 
     def _silent(self, held: bool, stopped: bool, silence: int) -> SharedTreeException:
         words = self.words

@@ -7,8 +7,9 @@ The directory of a shared tree: all that changes rarely, as JSON.
 A reader checks its checksum before it reads it, so what is here was written by ``as_bytes``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import json
+from types import MappingProxyType
 from typing import cast, NamedTuple
 
 from tf_tree_py.core.edges.interpolation import LINEAR
@@ -19,6 +20,9 @@ from tf_tree_py.core.tree.tree import Tree
 
 from .block_samples import BlockSamples
 from .errors import SharedTreeException
+
+Reception = Mapping[str, object]
+"""How transforms are received: the options of a listener by their names, as in JSON."""
 
 
 class Entry(NamedTuple):
@@ -51,6 +55,7 @@ class Directory(NamedTuple):
 
     :ivar version: see ``Tree``: some changes of the structure are changes of samples alone.
     :ivar names: what the codes of parents and publishers stand for.
+    :ivar reception: how the transforms are received, for readers that need to know.
     :ivar cleared: see ``Tree.cleared``.
     """
 
@@ -60,22 +65,23 @@ class Directory(NamedTuple):
     names: Sequence[str] = ()
     edges: Sequence[Entry] = ()
     failures: Failures = Failures()
+    reception: Reception = MappingProxyType({})
     cleared: Cleared | None = None
 
     def as_bytes(self) -> bytes:
         """Return the directory for ``from_bytes``."""
         cleared = self.cleared and (self.cleared.why, list(self.cleared.edges.items()))
-        return json.dumps([*self[:-1], cleared]).encode()
+        return json.dumps([*self[:-2], dict(self.reception), cleared]).encode()
 
 
 def from_bytes(data: bytes) -> Directory:
     """Return a directory whose checksum is right."""
-    version, cache_time, frames, names, edges, failures, cleared = json.loads(data)
+    version, cache_time, frames, names, edges, failures, reception, cleared = json.loads(data)
     if cleared is not None:
         why, lost = cleared
         cleared = Cleared(why, {child: ClearedEdge(*edge) for child, edge in lost})
     return Directory(version, cache_time, frames, names, [_entry_of(*edge) for edge in edges],
-                     Failures(*failures), cleared)
+                     Failures(*failures), reception, cleared)
 
 
 def _entry_of(child: str, parent: str | None, pose: list[float] | None, coded: bool,
@@ -83,7 +89,8 @@ def _entry_of(child: str, parent: str | None, pose: list[float] | None, coded: b
     return Entry(child, parent, cast('PoseTuple | None', pose and tuple(pose)), coded, ends)
 
 
-def directory_of(tree: Tree, names: list[str], failures: Failures) -> Directory:
+def directory_of(tree: Tree, names: list[str], failures: Failures,
+                 reception: Reception) -> Directory:
     """
     Return the directory of a tree.
 
@@ -91,7 +98,7 @@ def directory_of(tree: Tree, names: list[str], failures: Failures) -> Directory:
     """
     return Directory(tree.version, tree.cache_time, list(tree.frames), names,
                      [_entry(history) for history in tree.histories.values()], failures,
-                     tree.cleared)
+                     reception, tree.cleared)
 
 
 def _entry(history: object) -> Entry:

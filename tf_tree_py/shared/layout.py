@@ -121,6 +121,7 @@ def checksum(state: int, edition: int, table: bytes) -> int:
 #    is usual: see ``PackedSamples.insert``.
 # 3: the index of the last publisher among the names of the directory.
 ROW_WORDS = 4
+row_struct = struct.Struct(f'{ROW_WORDS}q')
 
 
 class Block(NamedTuple):

@@ -12,18 +12,19 @@ the release of the lock, the state is no longer intact, and ``LapsedException`` 
 """
 
 from array import array
+from collections.abc import Callable
 from time import monotonic_ns
 from types import TracebackType
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 import zlib
 
-import numpy as np
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.edges.packed import Columns, POSE_FLOATS
 from tf_tree_py.core.edges.protocol import History
 from tf_tree_py.core.edges.samples import Samples
 from tf_tree_py.core.edges.static import StaticHistory
 from tf_tree_py.core.stamp import BEGINNING
+from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.edges import Names
 
@@ -40,6 +41,8 @@ _ABANDONED = 1_000_000_000
 _CAPACITY = 2 ** 32 - 1
 _LAPSED = ('The memory that this lookup was reading has been used again meanwhile, because this '
            'process was stopped, or is too slow: ask again')
+WhyUnfit = Callable[[Directory], str]
+_Companion = TypeVar('_Companion', bound=Companion)
 _NOTHING = Columns(memoryview(array('q')), memoryview(array('d')), None, ())
 
 
@@ -64,10 +67,16 @@ class MirrorTree(Tree):
                 owned(history)
         return twin
 
+    def companion_or_new(self, cls: type[_Companion]) -> _Companion:
+        """Return a companion that is a cache; others would not follow the other process."""
+        if cls.key:
+            self._refuse()
+        return super().companion_or_new(cls)
+
     def _refuse(self, *_: object, **__: object) -> NoReturn:
         raise SharedTreeException(
             'This tree is that of another process, which shares it, and cannot be changed here: '
-            'publish transforms on /tf or /tf_static, or use a buffer of your own')
+            'publish transforms on /tf or /tf_static, or use a buffer that is not shared')
 
     append = append_batch = insert = history_to_extend = insert_history = _refuse
     replace = interpolate = clear = remove = _refuse
@@ -92,18 +101,23 @@ class Mirror:
     """
 
     __slots__ = ('plain', 'words', 'directory', '_acquire', '_release', '_depth', '_since',
-                 '_attachment', '_tree', '_shown', '_state', '_edition', '_alive_until', '_rows',
-                 '_edges')
+                 '_attachment', '_tree', '_shown', '_state', '_edition', '_alive_until', '_edges',
+                 '_why_unfit')
 
     attempts = 1_000
 
-    def __init__(self, attachment: Attachment, tree: MirrorTree) -> None:
+    def __init__(self, attachment: Attachment, tree: MirrorTree, plain: fork_locks.Lock,
+                 why_unfit: WhyUnfit = lambda _: '') -> None:
         """
         Show what another process shares, whenever the lock is acquired.
 
         :param tree: without edges.
+        :param plain: a re-entrant lock, the one of the tree until now.
+        :param why_unfit: returns why the tree of a writer must not be shown, as a clause; ''
+            if it may.
         """
-        self.plain = fork_locks.rlock()
+        self._why_unfit = why_unfit
+        self.plain = plain
         self._acquire, self._release = self.plain.acquire, self.plain.release
         self._depth, self._since = 0, 0
         self._attachment = attachment
@@ -117,14 +131,19 @@ class Mirror:
         self.words = self._attachment.words
         self._alive_until = 0
         self.directory = Directory()
-        self._rows = np.empty((0, ROW_WORDS), np.int64)
         self._edges: list[_Edge] = []
 
     def close(self) -> None:
-        """Let later lookups raise an error."""
+        """Let later lookups raise an error, and free the memory."""
         with self.plain:
             self._attachment.close()
-            self._alive_until = 0
+            self._tree.show(Directory())
+            self._begin()
+
+    def look_again(self) -> None:
+        """Compare the tree of the writer again with what is needed."""
+        with self.plain:
+            self._shown = self._edition = -1
 
     def __enter__(self) -> None:
         self._acquire()
@@ -207,19 +226,21 @@ class Mirror:
 
     def _show(self, root: layout.Root, table: bytes, text: bytes | None) -> None:
         """Let the histories lie on the samples of a state whose checksums are right."""
-        rows = np.frombuffer(table, np.int64).reshape(-1, ROW_WORDS)
         if text is not None:
             self.directory = from_bytes(text)
+            why = self._why_unfit(self.directory)
+            if why:
+                raise SharedTreeException(f'{self._attachment.who} cannot be used here: {why}')
             self._tree.show(self.directory)
             self._edges = list(map(_Edge, self.directory.edges, self._tree.histories.values()))
-            self._rows = np.full_like(rows, -1)
-        if not len(rows) == len(self._rows) == len(self._edges):
+        if root.rows != len(self._edges):
             raise ValueError('the table does not fit the directory')
-        changed = np.flatnonzero((rows != self._rows).any(axis=1))
-        edges, cache_time = self._edges, self._tree.cache_time
-        for index, (offset, size, samples, authority) in zip(
-                changed.tolist(), rows[changed].tolist(), strict=True):
-            edge = edges[index]
+        cache_time = self._tree.cache_time
+        # Not numpy, whose first call after a pause takes longer than this loop over 38 edges.
+        for edge, row in zip(self._edges, layout.row_struct.iter_unpack(table), strict=True):
+            if row == edge.row:
+                continue
+            offset, size, samples, authority = row
             count = samples >> 1
             if edge.size == size and 1 < count <= size & _CAPACITY:
                 # The common case, which takes most of the time of a reader.
@@ -229,7 +250,8 @@ class Mirror:
             else:
                 self._show_edge(edge, offset, size, samples)
             edge.history.authority = self.directory.names[authority]
-        self._edition, self._rows = root.edition, rows
+            edge.row = row
+        self._edition = root.edition
 
     def _show_edge(self, edge: '_Edge', offset: int, size: int, samples: int) -> None:
         """Let a history lie on the samples of its row; see ``layout.ROW_WORDS``."""
@@ -266,11 +288,12 @@ class _Edge:
     """
     An edge, and where its samples are.
 
+    :ivar row: that of the state that is shown; see ``layout.ROW_WORDS``.
     :ivar size: that of its row, if new samples are only added in its block; otherwise -1, and the
         attributes below have no meaning.
     """
 
-    __slots__ = ('entry', 'history', 'size', 'samples', 'stamps', 'poses')
+    __slots__ = ('entry', 'history', 'row', 'size', 'samples', 'stamps', 'poses')
 
     samples: Samples
     stamps: 'memoryview[int]'
@@ -279,4 +302,5 @@ class _Edge:
     def __init__(self, entry: Entry, history: History) -> None:
         self.entry = entry
         self.history = history
+        self.row: tuple[int, ...] = ()
         self.size = -1

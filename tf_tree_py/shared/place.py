@@ -40,6 +40,12 @@ def folder() -> Path:
     return SHARED_MEMORY / f'tf_tree_py-{os.geteuid()}'
 
 
+def other_users() -> list[str]:
+    """Return the numbers of other users who have a folder."""
+    return sorted(path.name.rpartition('-')[2] for path in SHARED_MEMORY.glob('tf_tree_py-*')
+                  if path != folder())
+
+
 class Place:
     """
     The place of one tree.
@@ -49,13 +55,22 @@ class Place:
     :ivar what: for texts, such as ``/tf and /tf_static of domain 0``.
     """
 
-    def __init__(self, domain_id: int | None = None, topics: Sequence[str] = TOPICS) -> None:
+    def __init__(self, domain_id: int | None = None, topics: Sequence[str] = TOPICS, *,
+                 name: str = '') -> None:
         """
         Name the place, without looking at it.
 
         :param domain_id: of ROS; None: that of the environment, or 0.
         :param topics: the resolved names of the topics that the tree is received from.
+        :param name: that of its files; '': the one that follows from the others.
         """
+        self.what = name
+        if not name:
+            name = self._name(domain_id, topics)
+        self.memory = folder() / f'{name}.tree'
+        self.lock = folder() / f'{name}.lock'
+
+    def _name(self, domain_id: int | None, topics: Sequence[str]) -> str:
         if domain_id is None:
             given = os.environ.get('ROS_DOMAIN_ID') or '0'
             if not given.isdecimal():
@@ -65,8 +80,7 @@ class Place:
         if tuple(topics) != TOPICS:
             name += f'-{hashlib.sha256(" ".join(topics).encode()).hexdigest()[:16]}'
         self.what = f'{" and ".join(topics)} of domain {domain_id}'
-        self.memory = folder() / f'{name}.tree'
-        self.lock = folder() / f'{name}.lock'
+        return name
 
     def make_folder(self) -> None:
         """
@@ -121,11 +135,14 @@ def hold(place: Place) -> int:
     :return: a file descriptor; it is the writer's until it is closed.
     :raises SharedTreeException: another process is the writer.
     """
-    descriptor = opened(place.lock, os.O_RDWR | os.O_CREAT)
+    try:
+        descriptor = opened(place.lock, os.O_RDWR | os.O_CREAT)
+    except FileNotFoundError:
+        raise SharedTreeException(f'{place.lock.parent} has just been removed') from None
     try:
         fcntl.fcntl(descriptor, fcntl.F_OFD_SETLK, _flock.pack(fcntl.F_WRLCK, 0, 0, 0, 0))
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, b'%d\n' % os.getpid(), 0)
+        # As long as that of the writer before, so that the file always has a number.
+        os.pwrite(descriptor, b'%10d\n' % os.getpid(), 0)
     except OSError as error:
         holder = os.pread(descriptor, 32, 0).decode(errors='replace').strip()
         os.close(descriptor)

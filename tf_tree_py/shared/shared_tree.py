@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A buffer that another process fills: the class that users see.
+Buffers that show the tree of another process.
 
 Every method that takes the lock of the tree asks again if the memory lapsed under it; see
 ``mirror``. That is done here once, for all of them. A function that takes the lock itself, such
@@ -10,7 +10,9 @@ as ``lookup_twist``, raises the error.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 import functools
+import threading
 import time
 from types import CodeType, FunctionType
 from typing import Any, cast, TypeVar
@@ -22,8 +24,9 @@ from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamp
 
 from .attachment import Attachment
+from .directory import Reception
 from .errors import LapsedException, SharedTreeException
-from .mirror import Mirror, MirrorTree
+from .mirror import Mirror, MirrorTree, WhyUnfit
 from .place import Place, TOPICS
 from .waiting import SharedWaiting
 
@@ -32,9 +35,11 @@ _ATTEMPTS = 100
 # How often a process that waits for a writer looks for it, seconds.
 _LOOK_S = 0.01
 
-_Class = TypeVar('_Class', bound=type)
 _Method = TypeVar('_Method', bound=Callable[..., Any])
+_Lookup = Callable[[Any, str, str, Stamp], tuple[int, PoseTuple]]
 
+
+# --- asking again
 
 def _asking_again(method: _Method) -> _Method:
     """Return a method that is called again when the memory that it read was used again."""
@@ -49,15 +54,43 @@ def _asking_again(method: _Method) -> _Method:
     return cast(_Method, ask)
 
 
-def _all_ask_again(cls: _Class) -> _Class:
-    """Replace all inherited methods of a class that take the lock of the tree."""
+def _looking_up_again(lookup: _Lookup) -> _Lookup:
+    """Return the same for ``lookup_stamped``, of which any arguments would cost a tenth."""
+    again = _asking_again(lookup)
+
+    @functools.wraps(lookup)
+    def lookup_stamped(self: object, target_frame: str, source_frame: str,
+                       stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
+        try:
+            return lookup(self, target_frame, source_frame, stamp)
+        except LapsedException:
+            return again(self, target_frame, source_frame, stamp)
+    return lookup_stamped
+
+
+_classes: dict[type[BufferCore], type[BufferCore]] = {}
+
+
+def _that_asks_again(cls: type[BufferCore]) -> type[BufferCore]:
+    """Return a subclass all of whose methods that take the lock of the tree ask again."""
+    if cls not in _classes:
+        _classes[cls] = type(cls.__name__, (cls,), _asking(cls))
+    return _classes[cls]
+
+
+def _asking(cls: type[BufferCore]) -> dict[str, Any]:
+    methods: dict[str, Any] = {name: getattr(cls, name) for name in (
+        '__module__', '__qualname__', '__doc__')}
     for name in dir(cls):
         # A method may call that of a base class, which takes it.
-        methods = [method for base in cls.__mro__
-                   if isinstance(method := vars(base).get(name), FunctionType)]
-        if name not in vars(cls) and any(_takes_lock(method.__code__) for method in methods):
-            setattr(cls, name, _asking_again(methods[0]))
-    return cls
+        found = [method for base in cls.__mro__
+                 if isinstance(method := vars(base).get(name), FunctionType)]
+        if any(_takes_lock(method.__code__) for method in found
+               if method.__module__.startswith('tf_tree_py.')):
+            methods[name] = _asking_again(found[0])
+    if cls.lookup_stamped is BufferCore.lookup_stamped:
+        methods['lookup_stamped'] = _looking_up_again(cls.lookup_stamped)
+    return methods
 
 
 def _takes_lock(code: CodeType) -> bool:
@@ -65,12 +98,53 @@ def _takes_lock(code: CodeType) -> bool:
         _takes_lock(part) for part in code.co_consts if isinstance(part, CodeType))
 
 
-# The decorators call a method with any arguments, which would cost a tenth of a lookup.
-_lookup = BufferCore.lookup_stamped
-_lookup_again = _asking_again(_lookup)
+# --- attaching
+
+def attach(buffer: BufferCore, attachment: Attachment,
+           on_thread: Callable[[threading.Thread], object] = lambda _: None,
+           why_unfit: WhyUnfit = lambda _: '') -> Mirror:
+    """
+    Let a buffer show the tree of another process from now on.
+
+    Others have its tree and its waiters already. So these stay the same objects, and become
+    instances of other classes.
+
+    :param on_thread: called with each thread that will wake waiters.
+    :param why_unfit: see ``Mirror``.
+    :return: the lock of the buffer from now on.
+    :raises SharedTreeException: the buffer has frames of its own.
+    """
+    tree, waiting = buffer._tree, buffer.waiting
+    with waiting.lock:
+        if tree.frames:
+            raise SharedTreeException('this buffer has transforms of its own')
+        buffer.__class__, tree.__class__ = _that_asks_again(type(buffer)), MirrorTree
+        waiting.__class__ = SharedWaiting
+        assert isinstance(tree, MirrorTree) and isinstance(waiting, SharedWaiting)
+        buffer._lock = mirror = Mirror(attachment, tree, cast(Any, waiting.lock), why_unfit)
+        with suppress(SharedTreeException), mirror:  # the next lookup raises it
+            pass
+        waiting.follow(mirror, tree, on_thread)
+    return mirror
 
 
-@_all_ask_again
+def _attachment_to(place: Place, wait_s: float) -> Attachment:
+    """
+    Return the file of the process that shares a tree at a place.
+
+    :param wait_s: how long to wait for such a process, seconds.
+    :raises SharedTreeException: there is none, or its file cannot be read.
+    """
+    end = time.monotonic() + wait_s
+    while True:
+        try:
+            return Attachment(place)
+        except SharedTreeException:
+            if time.monotonic() >= end:
+                raise
+        time.sleep(_LOOK_S)
+
+
 class SharedTree(BufferCore, Closable):
     """
     The transforms that ``tf_share`` receives for all processes of this machine.
@@ -80,9 +154,6 @@ class SharedTree(BufferCore, Closable):
 
     Covariances, curves, corrections and interpolations are not shared.
     """
-
-    tree_class = MirrorTree
-    waiting_class = SharedWaiting
 
     def __init__(self, *, domain_id: int | None = None, topics: Sequence[str] = TOPICS,
                  wait_s: float = 0.0) -> None:
@@ -95,23 +166,21 @@ class SharedTree(BufferCore, Closable):
         :raises SharedTreeException: no process shares it, or it cannot be read.
         """
         super().__init__()
+        self._show(Place(domain_id, topics), wait_s)
+
+    def _show(self, place: Place, wait_s: float) -> None:
         self._tree.live = True
-        self.attachment = _attached(Place(domain_id, topics), wait_s)
+        self.attachment = _attachment_to(place, wait_s)
         """The file of the other process."""
-        assert isinstance(self._tree, MirrorTree) and isinstance(self.waiting, SharedWaiting)
-        self._lock = self._mirror = Mirror(self.attachment, self._tree)
-        self.waiting.follow(self._mirror, self._tree)
-        self.intake.lock = self.waiting.lock
-        with self._lock:
+        self._mirror = attach(self, self.attachment)
+        with self._mirror:
             pass
 
-    def lookup_stamped(self, target_frame: str, source_frame: str,
-                       stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
-        """Return the stamp, with ``LATEST`` resolved, and the pose; see ``lookup``."""
-        try:
-            return _lookup(self, target_frame, source_frame, stamp)
-        except LapsedException:
-            return _lookup_again(self, target_frame, source_frame, stamp)
+    @property
+    def reception(self) -> Reception:
+        """Return how the other process receives its transforms, as it said."""
+        with self._mirror:
+            return self._mirror.directory.reception
 
     def close(self) -> None:
         """Detach; later lookups raise an error."""
@@ -119,12 +188,9 @@ class SharedTree(BufferCore, Closable):
         self.waiting.fail(SharedTreeException('This shared tree has been closed'))
 
 
-def _attached(place: Place, wait_s: float) -> Attachment:
-    end = time.monotonic() + wait_s
-    while True:
-        try:
-            return Attachment(place)
-        except SharedTreeException:
-            if time.monotonic() >= end:
-                raise
-        time.sleep(_LOOK_S)
+class PlacedTree(SharedTree):
+    """The tree at a place, of which perhaps only the name is known."""
+
+    def __init__(self, place: Place) -> None:
+        BufferCore.__init__(self)
+        self._show(place, 0.0)

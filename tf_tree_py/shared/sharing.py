@@ -26,13 +26,14 @@ from tf_tree_py.core.tree.tree import Tree
 
 from . import layout
 from .block_samples import BlockSamples
-from .directory import directory_of, Failures
+from .directory import directory_of, Failures, Reception
 from .errors import SharedTreeException
 from .futex import Futex
 from .layout import fence, ROW_WORDS, STATE
 from .memory import Memory
 from .place import hold, Place
 
+CLOSED = 'it was stopped, and closed the tree'
 _BEAT_S = 0.1
 
 
@@ -42,17 +43,18 @@ class SharingTree(Tree):
     samples = BlockSamples
 
 
-def share(buffer: PlainBuffer, place: Place) -> 'Sharing':
+def share(buffer: PlainBuffer, place: Place, reception: Reception | None = None) -> 'Sharing':
     """
     Share the tree of a buffer, from now until the end of the process or ``close``.
 
     :param buffer: its ``tree_class`` is ``SharingTree``, and no other thread uses it yet.
+    :param reception: how it receives its transforms, for readers that need to know.
     :raises SharedTreeException: somebody else shares a tree at this place, or it cannot be shared.
     """
     if buffer.cache_time >= UNLIMITED:
         raise SharedTreeException(
             'A shared tree needs a cache time, because the memory of the machine is limited')
-    sharing = Sharing(place, buffer._tree, buffer.waiting)
+    sharing = Sharing(place, buffer._tree, buffer.waiting, reception or {})
     buffer._lock = buffer.waiting.lock = buffer.intake.lock = sharing.lock
     return sharing
 
@@ -93,11 +95,13 @@ class Sharing(Closable):
 
     :ivar lock: the tree is changed, and looked up in this process, only with this lock.
     :ivar over: set when sharing has ended.
+    :ivar reception: how the transforms are received; ``describe`` replaces it.
     :ivar why: the reason as a clause, then.
     """
 
-    def __init__(self, place: Place, tree: Tree, waiting: Waiting) -> None:
+    def __init__(self, place: Place, tree: Tree, waiting: Waiting, reception: Reception) -> None:
         self.lock = PublishingLock(self)
+        self.reception = reception
         self._waiting = waiting
         self._tree = tree
         self._histories: list[History] = []
@@ -131,7 +135,12 @@ class Sharing(Closable):
         self._heart = threading.Thread(target=self._beat, name='tf_tree_py shares', daemon=True)
         self._heart.start()
 
-    def close(self, why: str = 'it was ended') -> None:
+    def describe(self, reception: Reception) -> None:
+        """Replace the description of how the transforms are received."""
+        with self.lock:
+            self.reception, self._version = reception, -1
+
+    def close(self, why: str = CLOSED) -> None:
         """
         End sharing; readers then get an error, and the tree goes on in memory of this process.
 
@@ -256,7 +265,8 @@ class Sharing(Closable):
 
     def _write_directory(self) -> bool:
         """Write the directory if it has changed."""
-        directory = directory_of(self._tree, list(self._names), self._failures).as_bytes()
+        directory = directory_of(
+            self._tree, list(self._names), self._failures, self.reception).as_bytes()
         if directory == self._directory:
             return False
         memory, size = self._memory, len(directory)

@@ -8,10 +8,9 @@ What waits stands in the queues of ``core.buffer.waiting``, as for a buffer. Whi
 a thread sleeps until there is a new state, and wakes those whose answer may have changed.
 """
 
-from collections.abc import Iterable
-from contextlib import AbstractContextManager
-import itertools
+from collections.abc import Callable, Iterable
 import threading
+import weakref
 
 from tf_tree_py.core.buffer.waiting import Inquiry, Waiting
 from tf_tree_py.core.errors import Blocker, ClockJumpException
@@ -35,18 +34,23 @@ class SharedWaiting(Waiting):
 
     stay_s = 1.0
 
-    def __init__(self, lock: AbstractContextManager[object]) -> None:
-        super().__init__(lock)
-        self._thread: threading.Thread | None = None
+    def follow(self, mirror: Mirror, tree: Tree,
+               on_thread: Callable[[threading.Thread], object]) -> None:
+        """
+        Wake inquiries when the state of a tree has changed; the lock is held.
 
-    def follow(self, mirror: Mirror, tree: Tree) -> None:
-        """Wake inquiries when the state of a tree has changed."""
-        self.lock = mirror.plain
-        self._mirror, self._tree = mirror, tree
+        :param on_thread: called with each thread that will wake them.
+        """
+        self._thread: threading.Thread | None = None
+        self._mirror, self._tree, self._on_thread = mirror, tree, on_thread
+        self._failures = mirror.directory.failures.number
         # The version at which inquiries were last woken, and the failures that they know.
-        self._version, self._failures, self._words = tree.version, 0, mirror.words
+        self._words = weakref.ref(mirror.words)  # it must not keep the file
         self._over: SharedTreeException | None = None
-        self._numbers = itertools.count(1)  # zero is that of an inquiry that never waited
+        # Those that wait already have asked another tree.
+        self._version = -1 if len(self) else tree.version
+        if len(self):
+            self._start()
 
     def repair_in_child(self) -> None:
         """Forget the threads of the parent process, which do not exist here."""
@@ -64,13 +68,17 @@ class SharedWaiting(Waiting):
         elif inquiry._failure_before is not self.failure:
             self._version = -1  # it waits already, so it must fail
         if self._thread is None:
-            thread = threading.Thread(target=self._follow, name='tf_tree_py waits', daemon=True)
             try:
-                thread.start()
-            except RuntimeError:  # there are too many
+                self._start()
+            except RuntimeError:  # there are too many threads
                 self._leave(inquiry)
                 raise
-            self._thread = thread
+
+    def _start(self) -> None:
+        thread = threading.Thread(target=self._follow, name='tf_tree_py waits', daemon=True)
+        self._on_thread(thread)
+        thread.start()
+        self._thread = thread
 
     def _follow(self) -> None:
         while self._is_needed():
@@ -103,10 +111,10 @@ class SharedWaiting(Waiting):
     def _note_failure(self) -> None:
         """Let those that wait fail, if those in the other process have; the lock is held."""
         failures, words = self._mirror.directory.failures, self._mirror.words
-        if failures.number != self._failures and words is self._words:
+        if failures.number != self._failures and words is self._words():
             self.failure = ClockJumpException(failures.last)
             self._version = -1  # so that all ask again
-        self._failures, self._words = failures.number, words
+        self._failures, self._words = failures.number, weakref.ref(words)
 
     def _refresh(self) -> None:
         try:

@@ -58,9 +58,7 @@ class PlainBuffer(Queries):
         are older than the window, as tf2 does.
     """
 
-    # The classes of its parts.
     tree_class: type[Tree] = Tree
-    waiting_class: type[Waiting] = Waiting
 
     def __init__(self, cache_time: int | None = None, *,
                  max_frames: int = DEFAULT_MAX_FRAMES,
@@ -72,7 +70,7 @@ class PlainBuffer(Queries):
             max_frames, max_name_bytes)
         tree.live = now is not None
         super().__init__(tree)
-        self.waiting = self.waiting_class(self._lock)
+        self.waiting = Waiting(self._lock)
         """The waiters for data; its length is their number."""
         self.observers = Observers()
         self.intake = Intake(

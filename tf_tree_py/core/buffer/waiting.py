@@ -103,7 +103,7 @@ class Waiting:
         """Begin with empty queues."""
         self.lock = lock
         self._lines: dict[str | None, list[_Entry]] = {}
-        self._numbers = itertools.count()
+        self._numbers = itertools.count(1)  # zero: it has never waited
         self._count = 0
         # Set while somebody waits.
         self._somebody = threading.Event()
