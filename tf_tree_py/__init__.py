@@ -54,7 +54,6 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     )
     from tf_tree_py.health.doctor import Doctor
     from tf_tree_py.recording.flight_recorder import FlightRecorder
-    from tf_tree_py.ros.buffer.buffer import Buffer
     from tf_tree_py.ros.buffer.interface import BufferInterface
     from tf_tree_py.ros.buffer.tf2_methods import velocity_stamped
     from tf_tree_py.ros.diagnostics import TransformDiagnostics
@@ -78,9 +77,12 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     from tf_tree_py.ros.remote.buffer_client import BufferClient
     from tf_tree_py.ros.remote.buffer_server import BufferServer
     from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
+    from tf_tree_py.ros.topics.joining_buffer import Buffer
     from tf_tree_py.ros.topics.listener import TransformListener
     from tf_tree_py.ros.topics.shared_buffer import shared_buffer
     from tf_tree_py.ros.topics.side_topics import CovarianceListener, GyroListener
+    from tf_tree_py.shared.errors import SharedTreeException
+    from tf_tree_py.shared.shared_tree import SharedTree
 
 __all__ = [
     'agreement', 'Anchor', 'as_gtsam', 'as_matrix', 'as_nanoseconds', 'as_points', 'as_pose',
@@ -92,12 +94,12 @@ __all__ = [
     'GyroListener', 'Incident', 'Interpolation', 'InvalidArgumentException', 'LATEST', 'Linear',
     'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter',
     'NoDataException', 'NotImplementedException', 'PastExtrapolationException', 'Pose',
-    'POSE_COLUMNS', 'Poses', 'RefusedException', 'se3', 'shared_buffer', 'Sighting', 'Snapshot',
-    'Spline', 'SplineFitter', 'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster',
-    'Statistics', 'time_message', 'TimeoutException', 'trajectory', 'transform_stamped',
-    'TransformBroadcaster', 'TransformDiagnostics', 'TransformException', 'TransformListener',
-    'TransformRegistration', 'TransformWarning', 'TreeFileError', 'TypeException', 'UNLIMITED',
-    'velocity_stamped',
+    'POSE_COLUMNS', 'Poses', 'RefusedException', 'se3', 'shared_buffer', 'SharedTree',
+    'SharedTreeException', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter', 'Stamped',
+    'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics', 'time_message',
+    'TimeoutException', 'trajectory', 'transform_stamped', 'TransformBroadcaster',
+    'TransformDiagnostics', 'TransformException', 'TransformListener', 'TransformRegistration',
+    'TransformWarning', 'TreeFileError', 'TypeException', 'UNLIMITED', 'velocity_stamped',
 ]
 
 # The module of each name; all others are in core.
@@ -116,7 +118,6 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'buffer_core': 'BufferCore load Snapshot',
         'health.doctor': 'Doctor',
         'recording.flight_recorder': 'FlightRecorder',
-        'ros.buffer.buffer': 'Buffer',
         'ros.buffer.interface': 'BufferInterface',
         'ros.buffer.tf2_methods': 'velocity_stamped',
         'ros.diagnostics': 'TransformDiagnostics',
@@ -130,9 +131,12 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'ros.remote.buffer_client': 'BufferClient',
         'ros.remote.buffer_server': 'BufferServer',
         'ros.topics.broadcaster': 'StaticTransformBroadcaster TransformBroadcaster',
+        'ros.topics.joining_buffer': 'Buffer',
         'ros.topics.listener': 'TransformListener',
         'ros.topics.shared_buffer': 'shared_buffer',
         'ros.topics.side_topics': 'CovarianceListener GyroListener',
+        'shared.errors': 'SharedTreeException',
+        'shared.shared_tree': 'SharedTree',
     }.items() for name in names.split()}
 
 

@@ -57,12 +57,13 @@ LAYERS = {
     'calibration': Layer('core screws beyond buffer_core bag', needs='numpy rosbags scipy'),
     'fleet': Layer('core limited_log beyond buffer_core', needs='numpy zenoh'),
     'ros': Layer('core screws frame_names limited_log beyond recording buffer_core reports health '
-                 'thinning',
+                 'thinning shared',
                  'messages threads waiting buffer topics remote filtering'),
     'nodes': Layer('command core frame_names limited_log beyond buffer_core reports health '
-                   'thinning bag urdf fleet ros'),
+                   'thinning bag urdf shared fleet ros'),
     'tools': Layer('command core files outline limited_log beyond recording buffer_core reports '
-                   'health thinning calibration bag urdf fleet ros', 'export archive calibrate'),
+                   'health thinning calibration bag urdf shared fleet ros',
+                   'export archive calibrate'),
     'view': Layer('command core limited_log beyond buffer_core reports health bag urdf fleet ros '
                   'tools',
                   'model robot sensors framing scene panels page'),

@@ -15,10 +15,12 @@ from ros.conftest import (  # noqa: F401
     no_thread_is_left,
     node,
     pool,
+    sharing,
     sim_clock,
     spin,
     talker,
     woken_events_executor,
+    writer,
 )
 from tf_tree_py import dropin
 

@@ -4,7 +4,7 @@
 """Real rclpy over real DDS, on this machine and this process's domain only."""
 
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 import sys
 import threading
 
@@ -16,9 +16,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 from ros_helpers import move, PATIENCE_S, receivers, SIM_TIME, SimClock, Talker, until
+from sharing_trees import remove_files
 from tf_tree_py import Buffer, TransformListener
+from tf_tree_py.ros.buffer.buffer import Buffer as OwnBuffer
 from tf_tree_py.ros.threads.receiver import Receiver
 from tf_tree_py.ros.threads.responses import Responses
+from tf_tree_py.ros.topics.reception import reception_of, TOPICS
+from tf_tree_py.shared.place import Place
+from tf_tree_py.shared.sharing import share, SharingTree
 
 
 @pytest.fixture(autouse=True)
@@ -171,3 +176,44 @@ def simulated_buffer(make_node, listen, sim_clock):
 def woken_events_executor(monkeypatch):
     """Let other threads call an EventsExecutor: the test spins it with timeouts only."""
     monkeypatch.setattr('tf_tree_py.ros.threads.executors.has_broken_queue', lambda: False)
+
+
+# --- trees for all processes
+
+_OPTIONS = {'tf_topic': '/tf', 'tf_static_topic': '/tf_static', 'static_only': False,
+            'frame_prefix': '', 'strip_frame_prefix': '', 'shared_frames': (),
+            'frame_filter': None}
+
+
+class _SharingBuffer(OwnBuffer):
+    tree_class = SharingTree
+
+
+@pytest.fixture
+def sharing(context, make_node):
+    """Return a function that shares, within a context, what a node receives."""
+    places = []
+
+    @contextmanager
+    def begin(**options):
+        node_options = options.pop('node', {})
+        cache_time = options.pop('cache_time', None)
+        node = make_node('sharing', **node_options)
+        buffer, options = _SharingBuffer(cache_time, node), {**_OPTIONS, **options}
+        reception = reception_of(node, **options)
+        places.append(Place(context.get_domain_id(), reception[TOPICS]))
+        with share(buffer, places[-1], reception) as end, \
+                TransformListener(buffer, node, **options):
+            buffer.end_of_sharing = end
+            yield buffer
+
+    yield begin
+    for place in places:
+        remove_files(place)
+
+
+@pytest.fixture
+def writer(sharing):
+    """Return the buffer whose tree is shared."""
+    with sharing() as buffer:
+        yield buffer

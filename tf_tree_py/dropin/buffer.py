@@ -40,9 +40,9 @@ from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.many_stamps import ManyStampQueries
 from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.answers import answered
-from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
 from tf_tree_py.ros.buffer.interface import NO_TIME
 from tf_tree_py.ros.messages.convert import as_nanoseconds, DurationLike, TimeLike
+from tf_tree_py.ros.topics.joining_buffer import Buffer as OurBuffer
 from tf_tree_py.ros.waiting.futures import TransformFuture
 from tf_tree_py.screws import carry
 
@@ -229,8 +229,8 @@ class BufferCore(OurBuffer):
         except TransformException as error:
             # A thread that holds the lock waits for data, and others could not insert any. What
             # observers see is looked up once.
-            if (error.blocked_on is None or self._lock._is_owned()  # type: ignore[attr-defined]
-                    or self.observers.watches_lookups()):
+            is_held = self.waiting.lock._is_owned()  # type: ignore[attr-defined]
+            if error.blocked_on is None or is_held or self.observers.watches_lookups():
                 raise
         for reference in list(self._spinning_threads.values()):
             catch_up = reference()
@@ -257,7 +257,8 @@ class BufferCore(OurBuffer):
             ``rclpy.spin_once(node)``.
         :return: a function that stops this.
         """
-        thread = SpinningThread(node, wake_always=wake_always)
+        thread = SpinningThread(node, wake_always=wake_always,
+                                is_notified=not self.is_shared)
         self._spinning_threads[thread] = catch_up
 
         def leave() -> None:

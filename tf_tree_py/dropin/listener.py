@@ -12,12 +12,13 @@ The one here first waits for a second, because most programs soon spin their nod
 """
 
 import atexit
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 import threading
 from typing import Any
 import weakref
 
+from geometry_msgs.msg import TransformStamped
 from rclpy.action.server import RCLError
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.exceptions import InvalidHandle
@@ -28,7 +29,7 @@ from rclpy.subscription import Subscription
 from rclpy.task import Future
 from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_AUTHORITY
-from tf_tree_py.ros.buffer.buffer import Buffer as OurBuffer
+from tf_tree_py.ros.buffer.buffer import Buffer as OwnBuffer
 from tf_tree_py.ros.buffer.interface import check_places
 from tf_tree_py.ros.threads.internal_node import is_running
 from tf_tree_py.ros.topics.listener import TransformListener as OurListener
@@ -150,13 +151,17 @@ class TransformListener:
 
     def callback(self, data: TFMessage) -> None:
         """Insert a message of ``/tf``; programs may override or call this, as in tf2."""
-        for transform in data.transforms:
+        for transform in self._news(data):
             self.buffer.set_transform(transform, DEFAULT_AUTHORITY)
 
     def static_callback(self, data: TFMessage) -> None:
         """Insert a message of ``/tf_static``, likewise."""
-        for transform in data.transforms:
+        for transform in self._news(data):
             self.buffer.set_transform_static(transform, DEFAULT_AUTHORITY)
+
+    def _news(self, data: TFMessage) -> Sequence[TransformStamped]:
+        """Return the transforms that are not in the buffer anyway, from another process."""
+        return () if getattr(self.buffer, 'is_shared', False) else data.transforms
 
     @property
     def buffer(self) -> Any:
@@ -218,7 +223,7 @@ class TransformListener:
 
 _NOT_OVERRIDDEN = {
     TransformListener.callback, TransformListener.static_callback,
-    OurBuffer.set_transform, OurBuffer.set_transform_static,
+    OwnBuffer.set_transform, OwnBuffer.set_transform_static,
     BufferCore.set_transform, BufferCore.set_transform_static,
 }
 

@@ -25,6 +25,8 @@ from tf_tree_py.ros.threads.executors import takes_calls
 
 # A period of 0 would be due at once as well, but rcl computes with it.
 _AT_ONCE_S = 1e-6
+# How long ``rclpy.spin_once`` waits at most where another process receives the messages.
+_BEAT_S = 0.1
 
 
 class SpinningThread:
@@ -42,12 +44,14 @@ class SpinningThread:
     the listener's thread instead.
     """
 
-    def __init__(self, node: Node, *, wake_always: bool) -> None:
+    def __init__(self, node: Node, *, wake_always: bool, is_notified: bool = True) -> None:
         """
         Add a timer to the node.
 
         :param wake_always: whether the node's executor is woken by every message, not only for
             calls. If not, there are no calls while the node is in no executor.
+        :param is_notified: whether ``message_arrived`` will be called. If not, the executor is
+            woken every 0.1 s instead.
         """
         self._node = weakref.ref(node)
         self._wake_always = wake_always
@@ -57,12 +61,17 @@ class SpinningThread:
         self._timer = node.create_timer(
             _AT_ONCE_S, self._call_due, MutuallyExclusiveCallbackGroup(),
             Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
+        self._beat = None if is_notified or not wake_always else node.create_timer(
+            _BEAT_S, _nothing, MutuallyExclusiveCallbackGroup(),
+            Clock(clock_type=ClockType.STEADY_TIME))
 
     def end(self) -> None:
         """Remove the timer; calls that are due are not made."""
         node = self._node()
         if node is not None:
             node.destroy_timer(self._timer)
+            if self._beat is not None:
+                node.destroy_timer(self._beat)
 
     def message_arrived(self) -> None:
         """Make ``spin_once`` return; several messages before the next spin make it return once."""
@@ -121,3 +130,7 @@ class SpinningThread:
                 function()
             except Exception as error:
                 warn(f'Unhandled exception in done callback: {error}')
+
+
+def _nothing() -> None:
+    """Do nothing: the thread has been woken."""

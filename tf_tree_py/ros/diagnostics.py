@@ -83,6 +83,7 @@ class TransformDiagnostics(Closable):
         """
         check_is_ours(buffer, Buffer, 'TransformDiagnostics')
         check_places('TransformDiagnostics(buffer, node)', node=node)
+        buffer.check_receives('TransformDiagnostics(buffer, node)')
         self._buffer = buffer
         self._node = node
         self._period = as_nanoseconds(period)

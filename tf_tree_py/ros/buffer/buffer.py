@@ -32,21 +32,26 @@ from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.hints import nothing_yet
 from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.messages.sample import ImpossibleStamp
-from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
+from tf_tree_py.core.stamp import format_span, format_stamp, LATEST
 from tf_tree_py.core.times import Stamp
 from tf_tree_py.limited_log import LimitedLog
 from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.reports.audit import LookupAudit
+from tf_tree_py.shared.directory import Reception
+from tf_tree_py.shared.errors import SharedTreeException
+from tf_tree_py.shared.mirror import MirrorTree
 
 from .attached_listeners import AttachedListeners
 from .interface import BufferInterface, check_places, NO_TIME
 from .tf2_methods import CoreApi
 from ..messages.convert import (
+    as_cache_time,
     as_moving_sample,
     as_nanoseconds,
     as_sample,
     as_stamp,
     DurationLike,
+    nanoseconds_or_none,
     TimeLike,
     transform_stamped,
 )
@@ -63,17 +68,14 @@ from ..waiting.timeouts import Timeouts
 
 Answer = TypeVar('Answer')
 
-_CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
+CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
 
 
 class Buffer(CoreApi, BufferInterface):
     """
-    A store of transforms, which returns the pose of one frame in another at a given time.
+    A store of transforms with a tree of its own, which its listeners fill.
 
-    It has all methods of tf2's buffer and those of ``BufferCore``. With a node it serves
-    ``tf2_frames`` and follows the node's clock. A ``TransformListener`` lends it its own clock,
-    which advances even while the node's callbacks block. When simulated time goes back by a
-    second, the buffer forgets all moving transforms, and all waits fail.
+    Users have ``topics.joining_buffer.Buffer``, which can also show the tree of another process.
     """
 
     def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,
@@ -82,41 +84,19 @@ class Buffer(CoreApi, BufferInterface):
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
                  clear_on_jump_back: Duration | None = None,
-                 clear_on_clock_jump_back: Duration = _CLOCK_JUMP_BACK,
+                 clear_on_clock_jump_back: Duration = CLOCK_JUMP_BACK,
                  flight_recorder: FlightRecorder | None = None) -> None:
-        """
-        Make an empty buffer.
-
-        :param cache_time: the length of the history of each edge; 10 s unless given. ``UNLIMITED``
-            keeps everything.
-        :param node: serves ``tf2_frames``, logs, and lends its clock.
-        :param max_frames: the maximum number of frame names, against a hostile publisher.
-        :param max_name_bytes: the maximum length of a frame name in UTF-8, likewise.
-        :param wall_guard: with simulated time, the longest wait of a lookup in wall time, in case
-            ``/clock`` stands still; None: no limit.
-        :param audit: record the lookups; ``self.audit`` has the results, and is None otherwise.
-        :param max_future: how far a stamp may be ahead of the buffer's clock; a sample further
-            ahead is refused. None: it is accepted, and reported if it is more than 10 s ahead.
-        :param clear_on_jump_back: forget moving transforms when stamps jump back by more than
-            this, as those of a bag do that is played in a loop without ``/clock``. It has to be
-            more than the delay of any publisher, and less than the length of the bag. None: refuse
-            such stamps.
-        :param clear_on_clock_jump_back: forget moving transforms, and make all waits fail, when
-            simulated time goes back by this or more, as in a simulation that is restarted; a
-            second unless given, as in tf2. Zero: at any step back.
-        :param flight_recorder: keeps the messages that listeners receive, and writes them as a bag
-            when a lookup first fails after it had succeeded.
-        """
+        """Make an empty buffer; the parameters are those of ``topics.joining_buffer.Buffer``."""
         if isinstance(cache_time, Node):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
                             f'{type(cache_time).__name__}: write Buffer(node=node)')
         check_places('Buffer(cache_time, node)', node=node)
         self._watch = ClockWatch(self.time_jump_callback, as_nanoseconds(clear_on_clock_jump_back))
         super().__init__(
-            _cache_time(cache_time), max_frames=max_frames,
+            as_cache_time(cache_time), max_frames=max_frames,
             max_name_bytes=max_name_bytes, now=self.now,
-            max_future=_nanoseconds_or_none(max_future),
-            clear_on_jump_back=_nanoseconds_or_none(clear_on_jump_back))
+            max_future=nanoseconds_or_none(max_future),
+            clear_on_jump_back=nanoseconds_or_none(clear_on_jump_back))
         self.timeouts = Timeouts(
             self.waiting, self._watch,
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
@@ -135,6 +115,39 @@ class Buffer(CoreApi, BufferInterface):
         if flight_recorder is not None:
             flight_recorder.notify = flight_recorder.notify or _log_recording
             self.observers.add(flight_recorder)
+
+    # --- another process
+
+    @property
+    def is_shared(self) -> bool:
+        """Return whether it shows the tree of another process, which ``tf_share`` shares."""
+        return isinstance(self._tree, MirrorTree)
+
+    def check_receives(self, reader: str) -> None:
+        """
+        Check that this buffer has a tree of its own.
+
+        :param reader: what needs that, such as ``GyroListener(buffer, node, child)``.
+        :raises SharedTreeException: it shows that of another process.
+        """
+        if self.is_shared:
+            raise SharedTreeException(
+                f'{reader}: this buffer shows the tree of another process, which shares '
+                'transforms alone: make one with Buffer(shared=False)')
+
+    def join(self, node: Node, reception: Reception) -> bool:
+        """
+        Return whether a listener need not subscribe, because this buffer is filled anyway.
+
+        A listener calls this before it subscribes. In this class it always has to.
+
+        :param node: the node of the listener.
+        :param reception: the options of the listener.
+        """
+        return False
+
+    def rejoin(self, reception: Reception) -> None:
+        """Take note that the options of a listener have changed that did not subscribe."""
 
     def now(self) -> int:
         """Return the time of the clock that the stamps follow, nanoseconds."""
@@ -167,6 +180,8 @@ class Buffer(CoreApi, BufferInterface):
 
     def _when_empty(self) -> str:
         """Return the hint for lookups while there is no frame; the lock is held."""
+        if self.is_shared:
+            return f'{nothing_yet()} by tf_share: does any node publish on its topics?'
         counts = self.intake.statistics()
         if counts.accepted:
             return 'All frames were removed'
@@ -202,6 +217,8 @@ class Buffer(CoreApi, BufferInterface):
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
         """Forget moving transforms, because the clock jumped back or was replaced, and log it."""
+        if self.is_shared:
+            return  # its process has the same clock: it forgets them, fails all waits, and logs it
         why = _why_anew(time_jump, self.now())
         self.start_anew(why)
         # In tf2's words first, for those who search for them.
@@ -402,7 +419,10 @@ class Buffer(CoreApi, BufferInterface):
 
     def _serve_frames(self, _: FrameGraph.Request,
                       response: FrameGraph.Response) -> FrameGraph.Response:
-        response.frame_yaml = self.all_frames_as_yaml()
+        try:
+            response.frame_yaml = self.all_frames_as_yaml()
+        except SharedTreeException as error:  # it would end the executor
+            response.frame_yaml = f'# {error}\n'
         return response
 
 
@@ -424,21 +444,3 @@ def _why_anew(jump: TimeJump, now: int) -> str:
     back = -jump.delta.nanoseconds
     return (f'the clock went back by {format_span(back)}, from {format_stamp(now + back)} '
             f'to {format_stamp(now)}')
-
-
-def _cache_time(given: Duration | int | None) -> int | None:
-    if given is None:
-        return None
-    if given == UNLIMITED:
-        return UNLIMITED
-    if isinstance(given, int | float):
-        unit = 'nanoseconds' if isinstance(given, int) and given >= 10**6 else 'seconds'
-        raise TypeError(
-            f'cache_time={given} is not a time, because it has no unit: pass an '
-            'rclpy.duration.Duration, such as '
-            f'Duration({unit}={given}), or UNLIMITED')
-    return as_nanoseconds(given)
-
-
-def _nanoseconds_or_none(duration: Duration | int | None) -> int | None:
-    return None if duration is None else as_nanoseconds(duration)

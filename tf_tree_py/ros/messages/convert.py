@@ -23,7 +23,7 @@ from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import has_tf2_sign
 from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import as_sec_nanosec, ImpossibleStamp, Sample
-from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND, UNLIMITED
 
 from .fast_messages import whole_maker
 
@@ -60,6 +60,28 @@ def as_nanoseconds(time: Any, expected: type[Duration | Time] = Duration) -> int
             raise TypeError(
                 f'{time!r} is not {what_to_pass}{_in_seconds(time, expected)}') from None
     return nanoseconds  # type: ignore[no-any-return]
+
+
+def nanoseconds_or_none(duration: DurationLike | None) -> int | None:
+    """Return a duration as nanoseconds; None stays None."""
+    return None if duration is None else as_nanoseconds(duration)
+
+
+def as_cache_time(given: Duration | int | None) -> int | None:
+    """
+    Return the length of a history as nanoseconds; None stays None.
+
+    :raises TypeError: a number, because it has no unit; ``UNLIMITED`` is accepted.
+    """
+    if given is None or given == UNLIMITED:
+        return None if given is None else UNLIMITED
+    if isinstance(given, int | float):
+        unit = 'nanoseconds' if isinstance(given, int) and given >= 10**6 else 'seconds'
+        raise TypeError(
+            f'cache_time={given} is not a time, because it has no unit: pass an '
+            'rclpy.duration.Duration, such as '
+            f'Duration({unit}={given}), or UNLIMITED')
+    return as_nanoseconds(given)
 
 
 def _in_seconds(time: object, expected: type[Duration | Time]) -> str:

@@ -31,6 +31,7 @@ from .qos import (
     TF_STATIC_TOPIC,
     TF_TOPIC,
 )
+from .reception import reception_of
 from .spinner import Spinner
 from ..buffer.buffer import Buffer
 from ..buffer.interface import check_is_ours, check_places
@@ -57,6 +58,9 @@ class TransformListener(Closable):
 
     It lives as long as the user's node (without one, as long as ROS) or until ``close()``; it is a
     context manager. Several listeners may fill one buffer.
+
+    If the buffer is one that shows the tree of ``tf_share``, and that receives what the listener
+    would receive, the listener does not subscribe: see ``Buffer``.
     """
 
     def __init__(self, buffer: Buffer, node: Node | None = None, *, spin_thread: bool = True,
@@ -95,26 +99,35 @@ class TransformListener(Closable):
                        shared_frames=shared_frames, frame_filter=frame_filter)
         check_places('TransformListener(buffer, node)', node=node)
         lives_with_node = node is not None
-        self._home = self._make_home(node, spin_thread)
-        self.node = node = node or self._home
+        home = None if node is not None else self._make_home(node, spin_thread)
+        self.node = node = node or cast(Node, home)
         self.buffer = buffer
         self._receiver: Receiver | None = None
-        self._spinner = Spinner(buffer, self._home)
         topics = [(tf_topic, False, qos or dynamic_qos()),
                   (tf_static_topic, True, static_qos or static_listener_qos())]
         # All names are resolved before the first subscription: an error must leave none of them.
         resolved = [(node.resolve_topic_name(topic), static, profile)
                     for topic, static, profile in topics if static or not static_only]
         buffer.feeds.log_to(node.get_logger())
+        self._reception = functools.partial(
+            reception_of, node, tf_topic=tf_topic, tf_static_topic=tf_static_topic,
+            static_only=static_only, frame_prefix=frame_prefix,
+            strip_frame_prefix=strip_frame_prefix, shared_frames=shared_frames,
+            frame_filter=frame_filter)
+        self.joined = buffer.join(node, self._reception())
+        """Whether it does not subscribe, because the buffer is filled anyway."""
+        self._home = home or self._make_home(node, spin_thread)
+        self._spinner = Spinner(buffer, self._home)
         # Static transforms have no stamps, so they must stay in order; an executor of the user
         # has no time between messages.
         backlog = Backlog(MOST_WAITING_BYTES)
-        self._feeds = [Feed(buffer, self._home, topic, static, profile, names, self._spinner,
-                            backlog if spin_thread and not static else None)
-                       for topic, static, profile in resolved]
+        feeds = [Feed(buffer, self._home, topic, static, profile, names, self._spinner,
+                      backlog if spin_thread and not static else None)
+                 for topic, static, profile in resolved if not self.joined]
+        self._feeds: list[Feed] | None = feeds
         clock = RosClock(self._home.get_clock(), node.context,
                          functools.partial(clock_publishers, self._home))
-        to_spin = None if spin_thread else self._spinner.check_from_now_on()
+        to_spin = None if spin_thread or self.joined else self._spinner.check_from_now_on()
         buffer.feeds.begin(clock, to_spin)
         self._end_feed = functools.partial(buffer.feeds.end, clock, to_spin)
         if spin_thread:
@@ -122,7 +135,7 @@ class TransformListener(Closable):
                 self._home, self._end_feed, rest=buffer.waiting.sleep_until_somebody,
                 end_rest=buffer.waiting.end_sleep,
                 work=backlog.step,
-                write_counts=functools.partial(_every_second, buffer, self._feeds),
+                write_counts=functools.partial(_every_second, buffer, feeds),
                 is_wanted=functools.partial(is_alive, weakref.ref(node)))
             buffer.feeds.add_thread(self._receiver.thread)
             if lives_with_node:
@@ -132,13 +145,13 @@ class TransformListener(Closable):
 
     def close(self) -> None:
         """Stop listening; the contents of the buffer stay."""
-        feeds, self._feeds = self._feeds, []
+        feeds, self._feeds = self._feeds, None
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
             if self.node is not self._home:
                 self.node.remove_post_set_parameters_callback(self._switch_clock)
             receiver.close()
-        elif feeds:
+        elif feeds is not None:
             for feed in feeds:
                 feed.close()
             self._spinner.end()
@@ -147,7 +160,7 @@ class TransformListener(Closable):
     def catch_up(self, longest_s: float) -> None:
         """Wait until the messages that have arrived are in the buffer, if a thread reads them."""
         receiver = self._receiver
-        if receiver is not None:
+        if receiver is not None and not self.joined:
             receiver.catch_up(longest_s)
 
     def unregister(self) -> None:
@@ -169,6 +182,7 @@ class TransformListener(Closable):
         if changed and receiver is not None and self.node.context.ok():
             self._home.set_parameters(changed)
             receiver.wake()
+            self.buffer.rejoin(self._reception())
 
 
 def _every_second(buffer: Buffer, feeds: 'list[Feed]') -> None:

@@ -17,9 +17,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import get_default_context
 
+from .joining_buffer import Buffer
 from .listener import NAME, TransformListener
 from .qos import TF_STATIC_TOPIC, TF_TOPIC
-from ..buffer.buffer import Buffer
 from ..threads.internal_node import (
     internal_node,
     is_running,

@@ -96,9 +96,11 @@ class _Listener(Closable):
         :param name: of its small node.
         :param log: as for ``SideTopics``.
         :raises TypeError: a buffer of another library, such as tf2's.
+        :raises SharedTreeException: the buffer shows the tree of another process.
         """
         check_is_ours(buffer, Buffer, type(self).__name__)
         check_places(usage, node=node)
+        buffer.check_receives(usage)
         self._topics = SideTopics(self, node, name, log, buffer.feeds.end_side_listener)
         buffer.feeds.begin_side_listener()
 
