@@ -27,6 +27,7 @@ executables = [
     'robot_state_publisher',
     'static_transform_publisher',
     'tf_relay',
+    'tf_share',
     'urdf_broadcaster',
 ]
 

@@ -23,16 +23,17 @@ NODES = {
     'five_frame_demo': None,
     'relocalisation_anchor': '/relocalisation_anchor',
     'tf_relay': '/robot1/tf_relay',
+    'tf_share': '/tf_share',
     'urdf_broadcaster': '/urdf_broadcaster',
     'urdf_broadcaster.launch.py': '/urdf_broadcaster',
 }
 # Not tested here: playing a recording, RViz, the reader's own launch and xacro files, and a
 # command that waits for the reader's topic.
 # An installed Jazzy also has no eclipse-zenoh: test/nodes/test_relay_over_zenoh.py has it, and
-# test_urdf_broadcaster.py has xacro.
+# test_urdf_broadcaster.py has xacro. test/nodes/test_tf_share.py has tf_share --status.
 OTHERS = re.compile('ros2 (bag play|launch your_package|run tf_tree_py NAME|topic hz /clock'
                     '|.* --(from-)?zenoh '
-                    r'|.* rviz:=true|.*\.xacro)')
+                    r'|.* rviz:=true|.*\.xacro|.*tf_share --status)')
 
 
 def documented():

@@ -25,6 +25,7 @@ LONG_LIVED = {
     'static_transform_publisher': (
         FRAMES, 'Spinning until stopped', ('/tf_static', 'topic', 'list')),
     'tf_relay': (['--ros-args', '-r', '__ns:=/robot1'], '/robot1/tf -> /tf', None),
+    'tf_share': ([], 'Sharing /tf and /tf_static of domain', ('/tf_share', 'node', 'list')),
     'urdf_broadcaster': (
         ROBOT, "<Robot 'five_frames'", ('/robot_description', 'topic', 'list')),
 }

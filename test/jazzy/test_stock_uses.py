@@ -34,6 +34,8 @@ PARAMETERS = {
         [], 'relocalisation_anchor', 'planar', 'planar: true', 'Boolean value is: True', 'false'),
     'tf_relay': (
         [], 'tf_relay', 'rates.odom', 'rates: {odom: 5}', 'Double value is: 5.0', '6.0'),
+    'tf_share': (
+        [], 'tf_share', 'buffer_size', 'buffer_size: 30', 'Double value is: 30.0', '40.0'),
     'urdf_broadcaster': (
         ['--urdf', DESCRIPTION], 'urdf_broadcaster', 'publish_frequency', 'publish_frequency: 7',
         'Double value is: 7.0', '9.0'),

@@ -9,11 +9,20 @@ from programs import executable, PATIENCE_S
 import pytest
 from rclpy.node import Node
 from ros.conftest import context  # noqa: F401
+from sharing_trees import remove_files
 from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, TransformListener
 from tf_tree_py.nodes.running import spun_in_background
 from tf_tree_py.ros.messages.convert import as_sample
 from tf_tree_py.ros.topics.qos import dynamic_qos, static_listener_qos
+from tf_tree_py.shared.place import Place
+
+
+@pytest.fixture(scope='session', autouse=True)
+def no_lock_is_left():
+    """Remove the lock that ``tf_share`` leaves in the domain of this process."""
+    yield
+    remove_files(Place())
 
 
 @pytest.fixture(autouse=True)

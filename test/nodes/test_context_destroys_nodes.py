@@ -51,9 +51,10 @@ EXECUTABLES = """
     from tf_tree_py.nodes.five_frame_listener import FiveFrameListener
     from tf_tree_py.nodes.relocalisation_anchor import RelocalisationAnchor
     from tf_tree_py.nodes.tf_relay import TfRelay
+    from tf_tree_py.nodes.tf_share import TfShare
 
     nodes = [BufferServerNode(), TfRelay(namespace='/robot1'), RelocalisationAnchor(),
-             FiveFrameListener()]
+             FiveFrameListener(), TfShare()]
 """
 CLIENTS = """
     nodes = [rclpy.create_node(f'asking_{number}') for number in range(3)]

@@ -23,7 +23,8 @@ def test_slip_of_the_pen_is_told_with_what_was_meant(start):
 
 
 @pytest.mark.parametrize('name', [
-    'buffer_server', 'edge_switch', 'tf_relay', 'five_frame_listener', 'urdf_broadcaster'])
+    'buffer_server', 'edge_switch', 'tf_relay', 'tf_share', 'five_frame_listener',
+    'urdf_broadcaster'])
 def test_every_node_tells(start, name):
     program = start(name, '--ros-args', '-p', 'quux_xyzzy:=1')
     program.wait_for("there is no parameter 'quux_xyzzy', so its value is ignored. Parameters: ")

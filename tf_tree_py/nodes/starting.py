@@ -6,6 +6,7 @@
 from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
+import sys
 
 from tf_tree_py.command import endings
 
@@ -32,4 +33,6 @@ relocalisation_anchor = partial(_start, 'relocalisation_anchor')
 robot_state_publisher = partial(_start, 'robot_state_publisher')
 static_transform_publisher = partial(_start, 'static_transform_publisher')
 tf_relay = partial(_start, 'tf_relay')
+# The status needs no ROS.
+tf_share = partial(_start, 'share_status' if '--status' in sys.argv else 'tf_share')
 urdf_broadcaster = partial(_start, 'urdf_broadcaster')

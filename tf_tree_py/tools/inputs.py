@@ -15,6 +15,7 @@ from tf_tree_py.health.checks.finding import Finding
 from tf_tree_py.health.doctor import Doctor
 from tf_tree_py.health.ros_graph import NO_GRAPH, RosGraph
 from tf_tree_py.reports.switch_status import SwitchReports
+from tf_tree_py.shared.status import Status
 
 
 class TreeInput(Closable):
@@ -54,6 +55,10 @@ class TreeInput(Closable):
     def graph(self) -> RosGraph:
         """Return what else the ROS graph shows; nothing without ROS."""
         return NO_GRAPH
+
+    def shared(self) -> Status | None:
+        """Return the status of the tree that is shared for its topics, if there is one."""
+        return None
 
     def now(self) -> int:
         """Return the time by the clock of the arrivals, nanoseconds; 0: there is none yet."""

@@ -27,6 +27,9 @@ from tf_tree_py.ros.topics.endpoints import endpoints_of, graph_beside
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import sensor_qos, TF_STATIC_TOPIC, TF_TOPIC
 from tf_tree_py.ros.topics.side_topics import CovarianceListener, SideTopics
+from tf_tree_py.shared.errors import SharedTreeException
+from tf_tree_py.shared.place import Place
+from tf_tree_py.shared.status import Status, status_of
 
 from .inputs import note_switches, TreeInput
 from .missing import hint_of
@@ -120,6 +123,13 @@ class LiveTree(TreeInput):
         """Return the publishers of transforms on other topics, and those of simulated time."""
         settled = time.monotonic() - self._begin_s >= SETTLED_S
         return graph_beside(self.node, self._topics, settled=settled)
+
+    def shared(self) -> Status | None:
+        """Return the status of the tree that ``tf_share`` shares for these topics, if it does."""
+        try:
+            return status_of(Place(self.node.context.get_domain_id(), list(self._topics)))
+        except SharedTreeException:  # not on this kind of machine
+            return None
 
     @property
     def hint(self) -> str:

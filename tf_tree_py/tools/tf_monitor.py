@@ -25,6 +25,7 @@ from tf_tree_py.core.text import listed
 from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor, Monitor, Watched
 from tf_tree_py.reports.explanation import explain, Explanation
+from tf_tree_py.shared.status import Status
 
 from .inputs import nothing_arrived, TreeInput
 from .missing import Hint, hint_of, hints_of_graph
@@ -67,6 +68,7 @@ class TableContent(NamedTuple):
     :ivar findings: errors and warnings, the worst first.
     :ivar chain: the lookup between the two requested frames, if any.
     :ivar hints: what the ROS graph shows, if nothing has arrived or that lookup has no answer.
+    :ivar shared: the tree that ``tf_share`` shares for the same topics, if it does.
     """
 
     source: str
@@ -76,6 +78,7 @@ class TableContent(NamedTuple):
     findings: list[Finding]
     chain: Explanation | None
     hints: list[Hint]
+    shared: Status | None
 
 
 def _parser() -> Parser:
@@ -131,7 +134,7 @@ def _look(tree_input: TreeInput, doctor: Doctor, monitor: Monitor, arguments: Na
     lacks = not doctor.transforms or (chain is not None and bool(chain.problem))
     hints = hints_of_graph(doctor.graph, chain) if lacks else []
     return TableContent(tree_input.name, doctor.transforms, doctor.watched / 1e9, rows, findings,
-                        chain, hints)
+                        chain, hints, tree_input.shared())
 
 
 def _named(rows: Sequence[Watched], tree_input: TreeInput) -> list[Watched]:
@@ -153,7 +156,8 @@ def _print_json(look: TableContent) -> None:
         'watched_s': look.watched_s, 'edges': [row.as_dict() for row in look.rows],
         'findings': [finding.as_dict() for finding in look.findings],
         'problem': look.chain.problem if look.chain else '',
-        'hints': [hint.text for hint in look.hints]})
+        'hints': [hint.text for hint in look.hints],
+        'shared': look.shared and look.shared.as_dict()})
 
 
 # --- for people
@@ -183,6 +187,9 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[object]:
     text = needs('rich.text', 'rich').Text
     yield text(f'{shown(look.source)}: {look.transforms} transforms, {len(look.rows)} edges, '
                f'{look.watched_s:.0f} s')
+    if look.shared is not None:
+        yield (styled(f'not shared: {look.shared.problem}', 'warning') if look.shared.problem
+               else text(f'shared by {look.shared.sentence}'))
     if look.chain is not None and look.chain.problem:
         for line in look.chain.problem.split('\n'):  # the hint of an error is a line of its own
             yield styled(line, 'warning')
