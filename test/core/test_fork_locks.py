@@ -101,8 +101,10 @@ def work():
     with first:
         held.set()
         assert forking.wait(10)
-        while not any(lock.locked() for lock in others):
-            pass  # until the fork has some of them
+        # Until the fork has some of them; it has none if it waits for the first one first.
+        patience = time.monotonic() + 1.0
+        while not any(lock.locked() for lock in others) and time.monotonic() < patience:
+            pass
         for lock in others:
             lock.acquire()
         for lock in others:
