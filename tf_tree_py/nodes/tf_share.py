@@ -13,12 +13,10 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 from tf_tree_py.command.arguments import Parser
 from tf_tree_py.command.endings import cannot_after
-from tf_tree_py.core.stamp import as_seconds
 from tf_tree_py.ros.buffer.buffer import Buffer
 from tf_tree_py.ros.topics.listener import TransformListener
 from tf_tree_py.ros.topics.qos import TF_STATIC_TOPIC, TF_TOPIC
 from tf_tree_py.ros.topics.reception import reception_of, TOPICS
-from tf_tree_py.ros.waiting.clock import JUMP_BACK
 from tf_tree_py.shared.errors import SharedTreeException
 from tf_tree_py.shared.place import Place
 from tf_tree_py.shared.sharing import CLOSED, share, SharingTree
@@ -28,6 +26,7 @@ from .bad_input import BadInput
 from .parameters import declare, describe, FRAME_PREFIX, Setting
 from .robot_topics import topic_of
 from .running import ClosingNode, run, spin
+from .time_limits import TIME_LIMITS, time_limits
 
 NAME = 'tf_share'
 
@@ -48,12 +47,7 @@ SETTINGS = (
     *_TOPICS,
     *_NAMES,
     Setting('buffer_size', 10.0, 'how much history each edge keeps, s', (0.001, 1e9)),
-    Setting('max_future', 0.0, 'refuse stamps further ahead of the clock, s; 0: accept them',
-            (0.0, 1e9)),
-    Setting('clear_on_jump_back', 0.0,
-            'clear moving transforms when stamps jump back by more, s; 0: never', (0.0, 1e9)),
-    Setting('clear_on_clock_jump_back', as_seconds(JUMP_BACK),
-            'clear them when simulated time goes back by this, s; 0: at any step', (0.0, 1e9)),
+    *TIME_LIMITS,
 )
 
 _DESCRIPTION = """\
@@ -95,9 +89,7 @@ class TfShare(ClosingNode):
         self._options['frame_filter'] = given['frame_filter'] or None
         buffer = SharingBuffer(
             Duration(seconds=given['buffer_size']), self,
-            max_future=_unless_zero(given['max_future']),
-            clear_on_jump_back=_unless_zero(given['clear_on_jump_back']),
-            clear_on_clock_jump_back=Duration(seconds=given['clear_on_clock_jump_back']))
+            **time_limits(given))
         reception = reception_of(self, **self._options)
         topics: Any = reception[TOPICS]
         if topics[0] == topics[1]:
@@ -114,10 +106,6 @@ class TfShare(ClosingNode):
 
     def _describe(self, _: list[Parameter]) -> None:
         self.sharing.describe(reception_of(self, **self._options))
-
-
-def _unless_zero(seconds: float) -> Duration | None:
-    return Duration(seconds=seconds) if seconds else None
 
 
 def _work(ended: Future) -> None:
