@@ -205,6 +205,22 @@ def test_writer_that_lives_but_does_not_run(domain_id, start):
                          'hangs, or the machine is overloaded', error_of(tree.frames))
 
 
+def test_writer_that_begins_while_a_reader_looks_has_not_died(domain_id, monkeypatch):
+    place, opened, begun = Place(domain_id), attachment_module.opened, []
+    place.make_folder()
+    place.lock.write_text('')  # left by a writer that is gone
+
+    def begin_first(path, *arguments):
+        if path == place.memory and not begun:
+            begun.append(share(SharingBuffer(), place))
+        return opened(path, *arguments)
+
+    monkeypatch.setattr(attachment_module, 'opened', begin_first)
+    with SharedTree(domain_id=domain_id) as tree:
+        assert tree.frames() == []
+    begun[0].close()
+
+
 def test_reason_of_the_end_is_known(domain_id):
     with share(SharingBuffer(), Place(domain_id)) as sharing:
         tree = SharedTree(domain_id=domain_id)

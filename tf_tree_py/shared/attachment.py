@@ -57,10 +57,10 @@ class Attachment:
             raise self._nobody() from None
         self._free_lock = weakref.finalize(self, os.close, self._lock)
         self._free_file: weakref.finalize[..., Attachment] | None = None
-        held = is_held(self._lock)
         if not self._map_newest():
             raise self._nobody()
-        if not held:
+        # In this order: a writer that begins in between is not to be taken for a dead one.
+        if not is_held(self._lock):
             raise self._silent(False, False, time.monotonic_ns() - self.words[BEAT])
 
     def close(self) -> None:
