@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 from tf_tree_py import BufferCore
+from tf_tree_py.shared.errors import SharedTreeException
 from tf_tree_py.shared.place import Place
 from tf_tree_py.shared.sharing import share, SharingTree
 
@@ -47,6 +48,15 @@ def shared(buffer):
     """Yield the domain in which the tree of a buffer is shared, and what shares it."""
     with new_place() as domain_id, share(buffer, Place(domain_id)) as sharing:
         yield domain_id, sharing
+
+
+def error_of(ask):
+    """Return the text of the SharedTreeException that a call raises; '' if it raises none."""
+    try:
+        ask()
+    except SharedTreeException as error:
+        return str(error)
+    return ''
 
 
 # Inserts one sample, and hangs after a line of input.

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from ros_helpers import result_of, SimClock, Talker, transform, until
-from sharing_trees import remove_files
+from sharing_trees import error_of, remove_files
 from tf_tree_py import SharedTree, SharedTreeException
 from tf_tree_py.core import Pose
 from tf_tree_py.nodes import tf_share
@@ -84,14 +84,6 @@ def waiting_lookup(tree, pool, *frames):
     until(lambda: len(tree.waiting) or future.done())
     assert not future.done()
     return future
-
-
-def error_of(ask):
-    try:
-        ask()
-    except SharedTreeException as error:
-        return str(error)
-    return ''
 
 
 def files_of(place):

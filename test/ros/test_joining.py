@@ -330,6 +330,14 @@ def test_listener_with_the_same_options_joins(sharing, node, listen, options):
         assert listen(node, Buffer(shared=True), **options).is_shared
 
 
+def test_frames_that_keep_their_names_have_to_be_the_same(sharing, node, listen, capfd):
+    with sharing(frame_prefix='r1/', shared_frames=['map']):
+        assert not listen(node, Buffer(shared=True), frame_prefix='r1/',
+                          shared_frames=['earth']).is_shared
+    assert "it has shared_frames=['map'], and this listener has ['earth']" in (
+        capfd.readouterr().err)
+
+
 def test_clock_of_the_node_has_to_be_that_of_the_writer(writer, make_node, listen, capfd):
     assert not listen(make_node('simulated', **SIM_TIME), Buffer(shared=True)).is_shared
     assert 'it has use_sim_time=False, and this listener has True' in capfd.readouterr().err

@@ -18,7 +18,14 @@ from conditions import until
 from policies import HoldNewest
 from programs import PATIENCE_S
 import pytest
-from sharing_trees import new_place, shared, SharingBuffer, TESTS, WriterProcess
+from sharing_trees import (
+    error_of,
+    new_place,
+    shared,
+    SharingBuffer,
+    TESTS,
+    WriterProcess,
+)
 from tf_tree_py import BufferCore, from_seconds, UNLIMITED
 from tf_tree_py.shared import (
     attachment as attachment_module,
@@ -54,14 +61,6 @@ def start(domain_id):
     yield start
     for writer in started:
         writer.close()
-
-
-def error_of(ask):
-    try:
-        ask()
-    except SharedTreeException as error:
-        return str(error)
-    return ''
 
 
 def test_without_a_writer_the_error_says_how_to_start_one(domain_id):
