@@ -36,11 +36,16 @@ def new_place():
         remove_files(Place(domain_id))
 
 
+def files_of(place):
+    """Return the files of a place, finished or not, and those of its domain's other topics."""
+    return [path for pattern in ('{}.*', '.{}.*', '{}-*')
+            for path in place.memory.parent.glob(pattern.format(place.memory.stem))]
+
+
 def remove_files(place):
     """Remove the files of a place, and those of other topics of its domain."""
-    for pattern in ('{}.*', '.{}.*', '{}-*'):
-        for path in place.memory.parent.glob(pattern.format(place.memory.stem)):
-            path.unlink(missing_ok=True)
+    for path in files_of(place):
+        path.unlink(missing_ok=True)
 
 
 @contextmanager
