@@ -83,7 +83,7 @@ def test_changed_byte(written, place, value, where):
     data = written[2].read_bytes()
     at, root = newest_root(data)
     first, size = {
-        'header': (0, PAGE), 'words': (0, 7 * WORD), 'root': (at, ROOT_WORDS * WORD),
+        'header': (0, PAGE), 'words': (0, 8 * WORD), 'root': (at, ROOT_WORDS * WORD),
         'table': (root.table, 4 * WORD * root.rows),
         'directory': (root.directory, root.directory_bytes)}[where]
     place = first + place % size
@@ -103,7 +103,7 @@ def test_nonsense_in_the_newest_root(written, word, value):
     check(written, at, [(at + word * WORD, struct.pack('q', value))])
 
 
-@given(word=st.sampled_from([0, 1, 2, 4, 5, 6]), value=st.integers(-2 ** 63, 2 ** 63 - 1))
+@given(word=st.sampled_from([0, 1, 2, 4, 5, 6, 7]), value=st.integers(-2 ** 63, 2 ** 63 - 1))
 @example(word=4, value=0)
 @example(word=4, value=-1)
 @example(word=5, value=2 ** 62)

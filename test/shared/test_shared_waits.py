@@ -194,7 +194,7 @@ def test_thread_ends_with_the_waits_and_begins_with_the_next(pair, wait, monkeyp
     assert not threads()
     for number in range(1, 3):
         future = wait(tree, 'map', 'odom', 2 * number * MS)
-        assert len(threads()) == 1
+        until(lambda: len(threads()) == 1)
         buffer.insert('map', 'odom', 2 * number * MS, TURNED)
         future.result()
         until(lambda: not threads())

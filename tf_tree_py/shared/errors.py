@@ -15,4 +15,10 @@ class SharedTreeException(TransformException):
 
 
 class LapsedException(SharedTreeException):
-    """Memory was used again while it was read; the methods of ``SharedTree`` then ask again."""
+    """
+    What a lookup has read is not that of one state; the methods of ``SharedTree`` ask again.
+
+    :ivar is_inside: whether the lock is still held, so that to ask again has no use.
+    """
+
+    is_inside = False

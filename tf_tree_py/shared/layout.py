@@ -38,7 +38,7 @@ from tf_tree_py.core import fork_locks
 
 from .errors import SharedTreeException
 
-MAGIC = int.from_bytes(b'tf_tree1', 'little')
+MAGIC = int.from_bytes(b'tf_tree2', 'little')
 WORD = 8
 PAGE = 4096
 
@@ -59,6 +59,8 @@ BEAT = 3
 STATE, INTACT = 4, 5
 # The length of the text at ``WHY_AT``: why the writer ended.
 WHY = 6
+# The number of the last state that is more than the one before it with new samples; see ``Root``.
+CHANGED = 7
 
 _ROOTS_AT = 512
 WHY_AT = 2048
@@ -80,7 +82,11 @@ class Root(NamedTuple):
     :ivar directory_bytes: its length.
     :ivar directory_sum: its checksum.
     :ivar edition: the number of the directory: another one has another number.
-    :ivar checksum: see ``checksum``, of the state, the edition and the table.
+    :ivar changed: the number of the last state that is more than the one before it with new
+        samples: no sample is older than the newest of its edge was, and none at ``steady`` or
+        later has expired.
+    :ivar steady: that stamp, nanoseconds; it is the same in all states until the next change.
+    :ivar checksum: that of the words above and of the table.
     """
 
     state: int
@@ -90,10 +96,12 @@ class Root(NamedTuple):
     directory_bytes: int
     directory_sum: int
     edition: int
+    changed: int
+    steady: int
     checksum: int
 
 
-root_struct = struct.Struct('8q')
+root_struct = struct.Struct('10q')
 
 
 def root_at(state: int) -> int:
@@ -101,14 +109,17 @@ def root_at(state: int) -> int:
     return _ROOTS_AT + root_struct.size * (state % ROOTS)
 
 
-def checksum(state: int, edition: int, table: bytes) -> int:
-    """
-    Return the checksum of a state.
+def root_of(memory: memoryview, state: int) -> tuple[Root, int]:
+    """Return the root of a state, and the checksum of its words but the last."""
+    at = root_at(state)
+    return (Root._make(root_struct.unpack_from(memory, at)),
+            zlib.crc32(memory[at:at + root_struct.size - WORD]))
 
-    The other words of its root need none: each is an offset or the size of something with a
-    checksum, or is that.
-    """
-    return zlib.crc32(table, (state ^ edition << 24) & 0xffffffff)
+
+def write_root(memory: memoryview, root: Root, table: bytes) -> None:
+    """Write a root, with its checksum."""
+    words = root_struct.pack(*root)
+    memory[:] = root_struct.pack(*root[:-1], zlib.crc32(table, zlib.crc32(words[:-WORD])))
 
 
 # The words of a row, which are zero for a static edge, apart from the last:

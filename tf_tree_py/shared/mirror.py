@@ -2,90 +2,41 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The tree of another process, for those that look up in it.
+The lock of a tree that shows that of another process, for those that look up in it.
 
-Nothing is copied but the table: the histories of this tree lie on the memory of the writer. They
-are those of the newest state whenever the lock is acquired, and do not change before its release.
+Nothing is copied but the table: the histories of the tree lie on the memory of the writer; see
+``mirror_tree``. They are those of one state, not older than the newest when the lock is acquired,
+until its release.
+
+If there is nothing new but samples, that state is not even looked at before it is needed: a pose
+between samples that are known already is the same.
 
 What was read may have been overwritten meanwhile, if this process was stopped for long. Then, at
 the release of the lock, the state is no longer intact, and ``LapsedException`` is raised.
 """
 
-from array import array
 from collections.abc import Callable
 from time import monotonic_ns
 from types import TracebackType
-from typing import NoReturn, TypeVar
+from typing import NamedTuple
 import zlib
 
 from tf_tree_py.core import fork_locks
-from tf_tree_py.core.edges.packed import Columns, POSE_FLOATS
-from tf_tree_py.core.edges.protocol import History
-from tf_tree_py.core.edges.samples import Samples
-from tf_tree_py.core.edges.static import StaticHistory
-from tf_tree_py.core.stamp import BEGINNING
-from tf_tree_py.core.tree.companions import Companion
-from tf_tree_py.core.tree.tree import Tree
-from tf_tree_py.files.edges import Names
 
 from . import layout
 from .attachment import Attachment
-from .block_samples import owned
-from .directory import Directory, Entry, from_bytes
+from .directory import Directory, from_bytes
 from .errors import LapsedException, SharedTreeException
-from .layout import fence, INTACT, ORDERED, ROW_WORDS, STATE
+from .layout import CHANGED, fence, INTACT, ORDERED, STATE
+from .mirror_tree import MirrorTree
 
 # After this time, nanoseconds, the tree is brought up to date although the lock seems to be held:
 # an interrupt may have left the depth too large.
 _ABANDONED = 1_000_000_000
-_CAPACITY = 2 ** 32 - 1
+_CHANGED = 'The shared tree has changed during this lookup: ask again'
 _LAPSED = ('The memory that this lookup was reading has been used again meanwhile, because this '
            'process was stopped, or is too slow: ask again')
 WhyUnfit = Callable[[Directory], str]
-_Companion = TypeVar('_Companion', bound=Companion)
-_NOTHING = Columns(memoryview(array('q')), memoryview(array('d')), None, ())
-
-
-class MirrorTree(Tree):
-    """A tree that shows that of another process, so nothing can be changed here."""
-
-    def show(self, directory: Directory) -> None:
-        """Replace all edges by those of a directory, still without samples."""
-        self.cache_time, self.cleared = directory.cache_time, directory.cleared
-        self.histories.clear()
-        self.frames.clear()
-        self.frames.update(dict.fromkeys(directory.frames))
-        for entry in directory.edges:
-            self.histories[entry.child] = _history_of(entry, directory.cache_time)
-        self._structure_changed()
-
-    def copy(self) -> Tree:
-        """Return an independent tree with the same samples, in memory of this process."""
-        twin = super().copy()
-        for history in twin.histories.values():
-            if isinstance(history, Samples):
-                owned(history)
-        return twin
-
-    def companion_or_new(self, cls: type[_Companion]) -> _Companion:
-        """Return a companion that is a cache; others would not follow the other process."""
-        if cls.key:
-            self._refuse()
-        return super().companion_or_new(cls)
-
-    def _refuse(self, *_: object, **__: object) -> NoReturn:
-        raise SharedTreeException(
-            'This tree is that of another process, which shares it, and cannot be changed here: '
-            'publish transforms on /tf or /tf_static, or use a buffer that is not shared')
-
-    append = append_batch = insert = history_to_extend = insert_history = _refuse
-    replace = interpolate = clear = remove = _refuse
-
-
-def _history_of(entry: Entry, cache_time: int) -> History:
-    if entry.pose is not None:
-        return StaticHistory(entry.child, str(entry.parent), entry.pose)
-    return Samples(entry.child, cache_time)
 
 
 class Mirror:
@@ -98,11 +49,12 @@ class Mirror:
     :ivar plain: the lock itself, for those that do not look into the tree.
     :ivar words: of the header.
     :ivar directory: of the state that is shown.
+    :ivar state: its number.
     """
 
-    __slots__ = ('plain', 'words', 'directory', '_acquire', '_release', '_depth', '_since',
-                 '_attachment', '_tree', '_shown', '_state', '_edition', '_alive_until', '_edges',
-                 '_why_unfit')
+    __slots__ = ('plain', 'words', 'directory', 'state', '_acquire', '_release', '_depth',
+                 '_since', '_attachment', '_tree', '_seen', '_shown', '_edition', '_changed',
+                 '_read_state', '_alive_until', '_why_unfit')
 
     attempts = 1_000
 
@@ -122,16 +74,19 @@ class Mirror:
         self._depth, self._since = 0, 0
         self._attachment = attachment
         self._tree = tree
+        tree.follow(attachment, self)
         self._begin()
 
     def _begin(self) -> None:
         """Begin with another file."""
-        # The word of the state that is shown, its number, and that of its directory.
-        self._shown = self._state = self._edition = -1
+        # The word of the newest state that was seen, and of the state that is shown the word and
+        # the numbers: its own, and those of its directory and its last change.
+        self._seen = self._shown = self.state = self._edition = self._changed = -1
+        # The oldest state that is read with the lock.
+        self._read_state = -1
         self.words = self._attachment.words
         self._alive_until = 0
         self.directory = Directory()
-        self._edges: list[_Edge] = []
 
     def close(self) -> None:
         """Let later lookups raise an error, and free the memory."""
@@ -143,7 +98,7 @@ class Mirror:
     def look_again(self) -> None:
         """Compare the tree of the writer again with what is needed."""
         with self.plain:
-            self._shown = self._edition = -1
+            self._seen = self._shown = self._edition = self._changed = -1
 
     def __enter__(self) -> None:
         self._acquire()
@@ -153,52 +108,99 @@ class Mirror:
         if depth and now - self._since < _ABANDONED:
             return
         self._since = now
-        if self.words[STATE] != self._shown or now > self._alive_until:
-            try:
-                self._refresh()
-            except BaseException:
-                self._depth = depth
-                self._release()
-                raise
+        word = self.words[STATE]
+        if (word != self._seen or now > self._alive_until
+                or self.words[INTACT] > self.state):  # the next state is being written
+            # This function is the price of each lookup, so most of them need no other.
+            if not ORDERED:
+                fence()
+            if (now <= self._alive_until and word >= 0 and self.words[CHANGED] == self._changed
+                    and self.words[INTACT] <= self.state):
+                self._seen = word
+            else:
+                try:
+                    self._refresh(now, word)
+                except BaseException:
+                    self._depth = depth
+                    self._release()
+                    raise
+        self._read_state = self.state
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
-        self._depth -= 1
-        state, words = self._state, self.words
+        self._depth = depth = self._depth - 1
+        state, words = self._read_state, self.words
         self._release()
         if not ORDERED:
             fence()
         if words[INTACT] > state and (kind is None or issubclass(kind, Exception)):
-            raise LapsedException(_LAPSED)
+            error = LapsedException(_LAPSED)
+            error.is_inside = depth > 0
+            raise error
+        if isinstance(error, LapsedException):
+            error.is_inside = depth > 0
+
+    def reads(self, state: int) -> bool:
+        """Return whether the memory of an earlier state is intact, for those that now read it."""
+        if self.words[INTACT] > state:
+            return False
+        self._read_state = min(self._read_state, state)
+        return True
+
+    def is_intact(self) -> bool:
+        """Return whether what has been read with the lock is right so far."""
+        fence()
+        return self.words[INTACT] <= self._read_state
 
     # --- a new state
 
-    def _refresh(self) -> None:
+    def _refresh(self, now: int, word: int) -> None:
         """
-        Show the newest state.
+        Look for a writer, and show its newest state.
 
+        :param now: nanoseconds of the monotonic clock.
+        :param word: of the state.
         :raises SharedTreeException: there is no writer any more, or the file is damaged.
         """
-        lapsed = self._depth > 1 and self.words[INTACT] > self._state
-        self._attachment.check()
-        if self.words is not self._attachment.words:
-            self._begin()
-        self._alive_until = self._attachment.alive_until
+        lapsed = self._depth > 1 and self.words[INTACT] > self._read_state
+        if now > self._alive_until or word < 0:
+            self._attachment.check()
+            if self.words is not self._attachment.words:
+                self._begin()
+            self._alive_until = self._attachment.alive_until
         if self.words[STATE] != self._shown:
-            self._take_over()
+            self._take_over(self._newest())
         if lapsed:  # so what the outer hold has read is not believed
-            raise LapsedException(_LAPSED)
+            error = LapsedException(_LAPSED)
+            error.is_inside = True
+            raise error
 
-    def _take_over(self) -> None:
+    def catch_up(self) -> None:
+        """
+        Show the newest state, if it is not shown yet, and has nothing new but samples.
+
+        :raises LapsedException: it has, so what the lock's holder already knows is out of date.
+        :raises SharedTreeException: it cannot be read.
+        """
+        if self._seen == self._shown:
+            return
+        found = self._newest()
+        if found.root.changed != self._changed:
+            self._since = -_ABANDONED  # an interrupt may have left this hold
+            raise LapsedException(_CHANGED)
+        self._take_over(found)
+
+    def _newest(self) -> '_Found':
         for _ in range(self.attempts):
             word = self.words[STATE]
+            if word < 0:
+                raise LapsedException(_CHANGED)  # it has ended, as the next check says
             state = word >> 16
             if word != layout.state_word(state):
                 raise self._attachment.damaged('the number of its state is wrong')
             fence()
-            root = layout.Root(*layout.root_struct.unpack_from(
-                self._attachment.memory, layout.root_at(state)))
-            table = self._read(root.table, layout.WORD * ROW_WORDS * root.rows)
+            root, checksum = layout.root_of(self._attachment.memory, state)
+            table = self._read(root.table, layout.row_struct.size * root.rows)
             text = (self._read(root.directory, root.directory_bytes)
                     if root.edition != self._edition else None)
             fence()
@@ -209,14 +211,30 @@ class Mirror:
             raise SharedTreeException(
                 f'The shared tree changed during each of {self.attempts} attempts to read it, '
                 'because this process was stopped, or is too slow: ask again')
-        if (root.state != state or root.checksum != layout.checksum(state, root.edition, table)
+        if (root.state != state or root.checksum != zlib.crc32(table, checksum)
                 or text is not None and root.directory_sum != zlib.crc32(text)):
             raise self._attachment.damaged('a checksum is wrong')
+        return _Found(word, root, table, text)
+
+    def _take_over(self, found: '_Found') -> None:
+        """Show a state whose checksums are right."""
+        root = found.root
         try:
-            self._show(root, table, text)
+            if found.text is not None:
+                self._show(from_bytes(found.text))
+            self._tree.use(found.table, root)
         except (IndexError, ValueError) as error:
             raise self._attachment.damaged(str(error)) from error
-        self._shown, self._state = word, state
+        self._edition, self._changed = root.edition, root.changed
+        self._seen = self._shown = found.word
+        self.state = root.state
+
+    def _show(self, directory: Directory) -> None:
+        self.directory = directory
+        why = self._why_unfit(directory)
+        if why:
+            raise SharedTreeException(f'{self._attachment.who} cannot be used here: {why}')
+        self._tree.show(directory)
 
     def _read(self, offset: int, size: int) -> bytes:
         """Return a copy of memory; b'' if there is none, because this state is gone already."""
@@ -224,83 +242,16 @@ class Mirror:
         return (bytes(attachment.memory[offset:offset + size])
                 if attachment.holds(offset, size) else b'')
 
-    def _show(self, root: layout.Root, table: bytes, text: bytes | None) -> None:
-        """Let the histories lie on the samples of a state whose checksums are right."""
-        if text is not None:
-            self.directory = from_bytes(text)
-            why = self._why_unfit(self.directory)
-            if why:
-                raise SharedTreeException(f'{self._attachment.who} cannot be used here: {why}')
-            self._tree.show(self.directory)
-            self._edges = list(map(_Edge, self.directory.edges, self._tree.histories.values()))
-        if root.rows != len(self._edges):
-            raise ValueError('the table does not fit the directory')
-        cache_time = self._tree.cache_time
-        # Not numpy, whose first call after a pause takes longer than this loop over 38 edges.
-        for edge, row in zip(self._edges, layout.row_struct.iter_unpack(table), strict=True):
-            if row == edge.row:
-                continue
-            offset, size, samples, authority = row
-            count = samples >> 1
-            if edge.size == size and 1 < count <= size & _CAPACITY:
-                # The common case, which takes most of the time of a reader.
-                stamps = edge.stamps[:count]
-                edge.samples.grow_to(stamps, edge.poses[:POSE_FLOATS * count],
-                                     stamps[samples % 2 - 2] - cache_time)
-            else:
-                self._show_edge(edge, offset, size, samples)
-            edge.history.authority = self.directory.names[authority]
-            edge.row = row
-        self._edition = root.edition
 
-    def _show_edge(self, edge: '_Edge', offset: int, size: int, samples: int) -> None:
-        """Let a history lie on the samples of its row; see ``layout.ROW_WORDS``."""
-        history, entry, names = edge.history, edge.entry, self.directory.names
-        edge.size = -1
-        if not isinstance(history, Samples):
-            return
-        history.late = BEGINNING
-        count = samples >> 1
-        if not count:
-            history.lie_on(_NOTHING, None)
-            return
-        capacity = size & _CAPACITY
-        if not (count <= capacity and self._attachment.holds(
-                offset, layout.block_bytes(capacity, entry.coded))):
-            raise ValueError('a block is outside of the file')
-        block = layout.block_at(self._attachment.memory, offset, capacity, entry.coded)
-        all_poses = block.poses.cast('d')
-        stamps, poses = block.stamps[:count], all_poses[:POSE_FLOATS * count]
-        # The newest sample has been late, or is as usual: -1 or -2.
-        before = samples % 2 - 2
-        horizon = BEGINNING if count + before < 0 else stamps[before] - self._tree.cache_time
-        parents, parent = None, entry.parent
-        if entry.coded:
-            parents = Names(block.codes[:count], names)
-            parent = None if stamps[-1] in entry.ends else parents[-1]
-        else:
-            edge.samples, edge.size = history, size
-            edge.stamps, edge.poses = block.stamps, all_poses
-        history.lie_on(Columns(stamps, poses, parents, entry.ends), parent, horizon)
-
-
-class _Edge:
+class _Found(NamedTuple):
     """
-    An edge, and where its samples are.
+    A state whose checksums are right.
 
-    :ivar row: that of the state that is shown; see ``layout.ROW_WORDS``.
-    :ivar size: that of its row, if new samples are only added in its block; otherwise -1, and the
-        attributes below have no meaning.
+    :ivar word: its number with check bits.
+    :ivar text: the directory; None if it is that of the state that is shown.
     """
 
-    __slots__ = ('entry', 'history', 'row', 'size', 'samples', 'stamps', 'poses')
-
-    samples: Samples
-    stamps: 'memoryview[int]'
-    poses: 'memoryview[float]'
-
-    def __init__(self, entry: Entry, history: History) -> None:
-        self.entry = entry
-        self.history = history
-        self.row: tuple[int, ...] = ()
-        self.size = -1
+    word: int
+    root: layout.Root
+    table: bytes
+    text: bytes | None

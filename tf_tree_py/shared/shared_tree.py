@@ -26,7 +26,8 @@ from tf_tree_py.core.times import Stamp
 from .attachment import Attachment
 from .directory import Reception
 from .errors import LapsedException, SharedTreeException
-from .mirror import Mirror, MirrorTree, WhyUnfit
+from .mirror import Mirror, WhyUnfit
+from .mirror_tree import MirrorTree
 from .place import Place, TOPICS
 from .waiting import SharedWaiting
 
@@ -48,8 +49,9 @@ def _asking_again(method: _Method) -> _Method:
         for _ in range(_ATTEMPTS):
             try:
                 return method(self, *arguments, **named)
-            except LapsedException:
-                pass
+            except LapsedException as lapsed:
+                if lapsed.is_inside:
+                    raise
         return method(self, *arguments, **named)
     return cast(_Method, ask)
 
@@ -63,7 +65,9 @@ def _looking_up_again(lookup: _Lookup) -> _Lookup:
                        stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
         try:
             return lookup(self, target_frame, source_frame, stamp)
-        except LapsedException:
+        except LapsedException as lapsed:
+            if lapsed.is_inside:
+                raise
             return again(self, target_frame, source_frame, stamp)
     return lookup_stamped
 

@@ -21,7 +21,7 @@ from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
 from tf_tree_py.core.buffer.waiting import Waiting
 from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.edges.protocol import History
-from tf_tree_py.core.stamp import UNLIMITED
+from tf_tree_py.core.stamp import BEGINNING, UNLIMITED
 from tf_tree_py.core.tree.tree import Tree
 
 from . import layout
@@ -29,12 +29,14 @@ from .block_samples import BlockSamples
 from .directory import directory_of, Failures, Reception
 from .errors import SharedTreeException
 from .futex import Futex
-from .layout import fence, ROW_WORDS, STATE
+from .layout import CHANGED, fence, ROW_WORDS, STATE
 from .memory import Memory
 from .place import hold, Place
 
 CLOSED = 'it was stopped, and closed the tree'
 _BEAT_S = 0.1
+# The steady stamp (see ``layout.Root``) is renewed after this part of the window.
+_STEADY_PARTS = 8
 
 
 class SharingTree(Tree):
@@ -105,6 +107,7 @@ class Sharing(Closable):
         self._waiting = waiting
         self._tree = tree
         self._histories: list[History] = []
+        self._moving: list[BlockSamples] = []
         self._authorities: list[str] = []
         self._names: dict[str, int] = {}
         # What the newest state contains.
@@ -114,6 +117,7 @@ class Sharing(Closable):
         self._table, self._table_rows = b'', -1
         self._slots: list[_Slot] = []
         self._directory, self._edition = b'', 0
+        self._changed, self._steady = 0, BEGINNING
         self._blocks = 0
         # Its offset, length and checksum.
         self._directory_facts = 0, 0, 0
@@ -167,9 +171,8 @@ class Sharing(Closable):
     def _leave(self, why: str) -> None:
         self.why = why
         self.over.set()
-        for history in self._histories:
-            if isinstance(history, BlockSamples):
-                history.leave()
+        for history in self._moving:
+            history.leave()
 
     def _beat(self) -> None:
         while not self.over.wait(_BEAT_S):
@@ -194,26 +197,39 @@ class Sharing(Closable):
             changed = self._renew_rows()
             table = self._rows.tobytes()
             if changed or table != self._table:
-                self._write_state(table)
+                self._write_state(table, changed)
         except Exception as error:  # noqa: B902 - half a state must not be completed
             self._end(f'{error}' or repr(error))
 
-    def _write_state(self, table: bytes) -> None:
+    def _write_state(self, table: bytes, changed: bool) -> None:
         memory = self._memory
         state = memory.state + 1
+        if self._is_change(changed):
+            self._changed = state
         slot = self._slots[state % layout.ROOTS]
         slot.table[:len(table)] = table
-        layout.root_struct.pack_into(
-            slot.root, 0, state, slot.offset, len(self._histories), *self._directory_facts,
-            self._edition, layout.checksum(state, self._edition, table))
+        layout.write_root(slot.root, layout.Root(
+            state, slot.offset, len(self._histories), *self._directory_facts, self._edition,
+            self._changed, self._steady, 0), table)
+        memory.words[CHANGED] = self._changed
         fence()
         memory.state = state
         memory.words[STATE] = layout.state_word(state)
         self._futex.wake_all()
         self._table = table
 
+    def _is_change(self, changed: bool) -> bool:
+        """Return whether a state is more than new samples, or needs another steady stamp."""
+        newest = max((history.newest_stamp for history in self._moving
+                      if history.newest_stamp is not None), default=BEGINNING)
+        expired = max(newest - self._tree.cache_time, BEGINNING)
+        if not changed and expired <= self._steady:
+            return False
+        self._steady = expired + self._tree.cache_time // _STEADY_PARTS
+        return True
+
     def _renew_rows(self) -> bool:
-        """Bring the rows up to date; return whether the directory is new."""
+        """Bring the rows up to date; return whether there is more than new samples."""
         tree = self._tree
         structure = tree.version != self._version
         if structure:
@@ -229,13 +245,14 @@ class Sharing(Closable):
         if failure is not self._failure:
             self._failure = failure
             self._failures = Failures(self._failures.number + 1, str(failure))
-        for history in self._histories:
-            if (isinstance(history, BlockSamples) and history.block is None
-                    and not self.over.is_set()):  # there may be no memory for the one before
+        for history in self._moving:
+            # There may be no memory for the one before.
+            if history.block is None and not self.over.is_set():
                 history.settle()
         self._version, self._all_have_blocks = tree.version, True
         self._written_names = len(self._names)
-        return self._write_directory()
+        self._write_directory()
+        return True
 
     def _assign_rows(self, histories: list[History]) -> None:
         """Give each edge a row, and take the blocks of those that are gone."""
@@ -243,6 +260,7 @@ class Sharing(Closable):
             if isinstance(history, BlockSamples):
                 history.release()
         self._histories = histories
+        self._moving = [history for history in histories if isinstance(history, BlockSamples)]
         self._rows = array('q', [0]) * (ROW_WORDS * len(histories))
         for index, history in enumerate(histories):
             if isinstance(history, BlockSamples):
@@ -263,12 +281,12 @@ class Sharing(Closable):
                 self._memory.view(offset, row * rows)))
         self._table_rows = rows
 
-    def _write_directory(self) -> bool:
+    def _write_directory(self) -> None:
         """Write the directory if it has changed."""
         directory = directory_of(
             self._tree, list(self._names), self._failures, self.reception).as_bytes()
         if directory == self._directory:
-            return False
+            return
         memory, size = self._memory, len(directory)
         offset = memory.allocate(size)
         memory.view(offset, size)[:] = directory
@@ -277,7 +295,6 @@ class Sharing(Closable):
         self._directory = directory
         self._directory_facts = offset, size, zlib.crc32(directory)
         self._edition += 1
-        return True
 
     # --- blocks
 

@@ -47,6 +47,8 @@ class SharedWaiting(Waiting):
         # The version at which inquiries were last woken, and the failures that they know.
         self._words = weakref.ref(mirror.words)  # it must not keep the file
         self._over: SharedTreeException | None = None
+        # The child frames of the edges that were brought up to date.
+        self._looked_at: list[str] = []
         # Those that wait already have asked another tree.
         self._version = -1 if len(self) else tree.version
         if len(self):
@@ -103,8 +105,8 @@ class SharedWaiting(Waiting):
 
     def _wake(self) -> None:
         """Show the newest state, and wake those whose answer may have changed."""
-        self._over = None
-        self.change(self._tree, self._tree.histories.keys, self._refresh)
+        self._over, self._looked_at = None, []
+        self.change(self._tree, lambda: self._looked_at, self._refresh)
         if self._over is not None:
             self.fail(self._over)
 
@@ -119,11 +121,15 @@ class SharedWaiting(Waiting):
     def _refresh(self) -> None:
         try:
             with self._mirror:
-                pass
+                awaited = [child for child in self._lines if child is not None]
+                for child in awaited:
+                    self._tree.histories.get(child)  # which brings it up to date
         except LapsedException:
             return  # there is another state already
         except SharedTreeException as error:
             self._over = error
+        else:
+            self._looked_at = awaited
         self._note_failure()
         # Another thread, which looked something up, may have shown a new structure first.
         if self._tree.version != self._version:

@@ -47,8 +47,7 @@ class Path:
     above the meeting point ever changed its parent.
     """
 
-    __slots__ = ('fixed', 'for_good', 'source_parts', 'target_parts', '_dynamic',
-                 '_edges', '_steps')
+    __slots__ = ('fixed', 'for_good', 'source_parts', 'target_parts', 'moving', '_edges', '_steps')
 
     def __init__(self, source_edges: Sequence[History], target_edges: Sequence[History],
                  above: Sequence[History] = ()) -> None:
@@ -63,7 +62,7 @@ class Path:
         self._steps: list[Step] | None = None
         self.source_parts = _merge_static_runs(source_edges)
         self.target_parts = _merge_static_runs(target_edges)
-        self._dynamic = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
+        self.moving = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
                               if moves(edge))
 
     def steps(self) -> list[Step]:
@@ -76,18 +75,18 @@ class Path:
 
     def latest_common_time(self) -> int:
         """Return the newest time for which every edge has data; see ``latest_common``."""
-        return latest_common(self._dynamic)
+        return latest_common(self.moving)
 
     def slowest_edges(self) -> list[MovingHistory]:
         """Return the edges whose newest sample limits the latest common time."""
         common = self.latest_common_time()
-        return [edge for edge in self._dynamic
+        return [edge for edge in self.moving
                 if common in (edge.latest_stamp, edge.newest_stamp)]
 
     def span(self) -> tuple[int, int]:
         """Return the oldest and the latest stamp for which every moving edge has data."""
         oldest, latest = BEGINNING, FOREVER - 1
-        for edge in self._dynamic:
+        for edge in self.moving:
             assert edge.oldest_stamp is not None and edge.latest_stamp is not None
             oldest, latest = max(oldest, edge.oldest_stamp), min(latest, edge.latest_stamp)
         return oldest, latest
@@ -103,7 +102,7 @@ class Path:
 
     def without_data(self, stamp: int) -> list[MovingHistory]:
         """Return the edges without data for a stamp."""
-        return [edge for edge in self._dynamic if edge.parent_at(stamp) is None]
+        return [edge for edge in self.moving if edge.parent_at(stamp) is None]
 
     def failure(self, stamp: int, error: ExtrapolationException) -> ExtrapolationException:
         """
@@ -117,7 +116,7 @@ class Path:
             error = worst.extrapolation(stamp)
         if not any(edge.is_too_old(stamp) for edge in stuck):
             error.blocked_on = tuple(
-                [(edge.child, edge.next_turn(stamp)) for edge in self._dynamic])
+                [(edge.child, edge.next_turn(stamp)) for edge in self.moving])
         return error
 
     def pose_at(self, stamp: int) -> PoseTuple:

@@ -30,8 +30,8 @@ from ..errors import (
 from ..geometry.se3 import IDENTITY, PoseTuple
 from ..hints import nothing_yet, unconnected, unknown_frame
 
-# The maximum number of cached paths; all are removed when it is reached.
-_MAX_PATHS = 20_000
+MAX_PATHS = 20_000
+"""The maximum number of cached paths; all are removed when it is reached."""
 
 
 class PathFinder:
@@ -124,7 +124,7 @@ class PathFinder:
         self._check_frames(target, source)
         now = climb_both(self._histories, target, source, None)
         path = Path(*now.edges(), self._above(now.target.top)) if now.meet else None
-        if len(self._paths) >= _MAX_PATHS:
+        if len(self._paths) >= MAX_PATHS:
             self._paths.clear()
         self._paths[target, source] = path = path if path and path.fixed else None
         return path

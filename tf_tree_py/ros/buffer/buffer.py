@@ -39,7 +39,7 @@ from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
 from tf_tree_py.reports.audit import LookupAudit
 from tf_tree_py.shared.directory import Reception
 from tf_tree_py.shared.errors import SharedTreeException
-from tf_tree_py.shared.mirror import MirrorTree
+from tf_tree_py.shared.mirror_tree import MirrorTree
 
 from .attached_listeners import AttachedListeners
 from .interface import BufferInterface, check_places, NO_TIME
