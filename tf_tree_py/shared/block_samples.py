@@ -24,7 +24,11 @@ from .layout import Block, POSE_BYTES, ROW_WORDS
 
 # How many more samples than it has now a block has room for, at least.
 _SPARE = 32
-_STRIDE = 11  # has no common divisor with _SPARE
+# The samples of such a part of the window show the rate of an edge; and a block has room for one
+# more such part than the window has.
+_PARTS = 12
+# The multiples of the golden ratio are spread evenly, however many there are.
+_GOLDEN = 0.618034
 _NO_MEMORY = memoryview(b'')
 
 
@@ -142,7 +146,7 @@ class BlockSamples(Samples):
         stamps, poses, count = self.stamps, self.poses, len(self.stamps)
         old = self.block
         if count:
-            block = self._blocks.new_block(self._capacity(count), self.coded)
+            block = self._blocks.new_block(self._capacity(), self.coded)
             if block is None:
                 return False
             block.stamps[:count] = memoryview(stamps)
@@ -157,23 +161,39 @@ class BlockSamples(Samples):
         self._write_row()
         return self.block is not None
 
-    def _capacity(self, count: int) -> int:
-        """Return how many samples a new block should have room for."""
-        span = self.stamps[-1] - self.stamps[0]
+    def _capacity(self) -> int:
+        """
+        Return how many samples a new block should have room for.
+
+        Those of a whole window as soon as their rate is known: smaller blocks on the way there
+        would leave memory behind that is too small for larger ones.
+        """
+        count, span = len(self.stamps), self.stamps[-1] - self.stamps[0]
         in_window = count * self.cache_time // span if span else count
-        wanted = min(count + count // 2, max(in_window, count) * 13 // 12) + _SPARE
+        wanted = max(in_window, count) * (_PARTS + 1) // _PARTS
+        if span < self.cache_time // _PARTS:
+            wanted = min(wanted, count + count // 2)  # perhaps they are a burst
+        wanted += _SPARE
         # Few sizes, so that a block fits where another one was.
-        grid = 1 << max(count.bit_length() - 6, 0)
+        grid = 1 << max(wanted.bit_length() - 6, 0)
         return -(-wanted // grid) * grid
 
     def _room_in(self, capacity: int) -> int:
-        """Return how many samples a new block is used for."""
-        if self.stamps[-1] - self.stamps[0] >= self.cache_time:
+        """
+        Return how many samples a new block is used for.
+
+        Edges with the same rate must not all be copied in the same message, again and again. So
+        each is copied at stamps of its own: those that, modulo a part of the window, are a
+        certain number.
+        """
+        count, newest = len(self.stamps), self.stamps[-1]
+        span, period = newest - self.stamps[0], self.cache_time // _PARTS
+        if not span or not period:
             return capacity
-        # Until the window is full, each edge uses another part of the room. Otherwise edges with
-        # the same rate would all be copied in the same message, again and again.
-        part = self._at // ROW_WORDS * _STRIDE % _SPARE
-        return capacity - (capacity - self._count) * part // (2 * _SPARE)
+        full = newest + (capacity - count) * span // (count - 1)
+        own = int(self._at // ROW_WORDS * _GOLDEN % 1.0 * period)
+        ahead = full - (full - own) % period - newest
+        return count + max(ahead * (count - 1) // span, 1) if ahead > 0 else capacity
 
     def _write_row(self) -> None:
         block = self.block
