@@ -29,6 +29,7 @@ from .groups import (
     many,
     memory,
     recordings,
+    sharing,
     uncertain,
     waiting,
 )
@@ -52,6 +53,7 @@ GROUPS: dict[str, Callable[[Contestants, Effort], Iterator[Row]]] = {
     'joints': joints.joints,
     'doctor': listening.watching,
     'wait': waiting.waiting,
+    'shared': sharing.sharing,
     'insert': inserting.inserting,
     'memory': memory.memory,
     'bag': recordings.recordings,

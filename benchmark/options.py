@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import os
 from pathlib import Path
 
-from .report import PAGES
+from .report import are_whole_pages, PAGES
 
 _WORKSPACE = Path(__file__).resolve().parent.parent / '.workspace'
 _GROUPS = [group for groups in PAGES.values() for group in groups]
@@ -41,8 +41,10 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
                         help='measure nothing: renew the plots and the figures from the tables of '
                              'docs/performance_*.md')
     options = parser.parse_args(arguments)
-    if options.docs and (options.quick or options.only):
-        parser.error('--docs is for full runs: not with --quick or --only')
+    if options.docs and options.quick:
+        parser.error('--docs is for full runs: not with --quick')
+    if options.docs and options.only and not are_whole_pages(options.only):
+        parser.error('--docs needs all groups of a page, or none of them')
     return options
 
 

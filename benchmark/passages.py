@@ -8,6 +8,7 @@ from functools import partial
 
 from .figures import Commit, Date, FasterUpTo, Figure, Measured, Number, Passage, Ratio
 from .rows import (
+    ALONE,
     CORE,
     DEBIAN,
     DOCTOR,
@@ -19,9 +20,11 @@ from .rows import (
     PURE,
     PYTRANSFORM,
     RUST,
+    SHARED,
     TF2_ROS,
     TF_DOCTOR,
     TF_MONITOR,
+    TF_SHARE,
 )
 
 _RUN = 'performance_lookups.md'
@@ -354,6 +357,16 @@ def _growth() -> Iterable[Passage]:
                   'lookup in that, 1 bag', 'lookup in that, 300 bags')])
 
 
+def _shared() -> Iterable[Passage]:
+    say = partial(Passage, 'docs/shared_tree.md')
+    loop = '1 x a loop of 100 Hz: CPU of each'
+    for label, way in (('has no listener', ALONE), ('looks up in the shared tree', SHARED),
+                       ('has a listener of its own', OURS),
+                       ('has the listener of `tf2_ros`', TF2_ROS)):
+        yield say(f'| {label} | {{}} % |', _of('shared', loop, way))
+    yield say('| `tf_share`, once for all of them | {} % |', _of('shared', 'receiving', TF_SHARE))
+
+
 PASSAGES = [*_readme(), *_performance(), *_details(), *_nodes(), *_recordings(), *_fleet(),
-            *_beyond(), *_continuous(), *_calibration(), *_growth()]
+            *_shared(), *_beyond(), *_continuous(), *_calibration(), *_growth()]
 """Every passage with a result."""

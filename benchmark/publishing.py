@@ -32,7 +32,8 @@ def publish(repository: Path, rows: Sequence[Row], machine: report.Machine,
 
     :raises SystemExit: the pages quote what was not measured; they stay as they are.
     """
-    missing = figures.missing(PASSAGES, stored.of_run(rows, machine))
+    missing = figures.missing(
+        PASSAGES, stored.after_run(repository / 'docs', rows, machine))
     if missing:
         raise SystemExit('benchmark: the pages stay as they are, because they quote what was not '
                          f'measured: {"; ".join(missing)}')

@@ -3,7 +3,7 @@
 
 """Format rows: as tables in the terminal, as Markdown, as JSON."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 import json
 from pathlib import Path
 import re
@@ -28,6 +28,7 @@ _TITLES = {
     'joints': 'CPU of a process that makes transforms of joint states',
     'doctor': 'CPU of a listener with a doctor: transforms in a message x rate',
     'wait': 'From an insertion until a blocked lookup returns',
+    'shared': 'One tree for all processes: 38 transforms in a message at 500 Hz',
     'insert': 'Inserting one transform',
     'memory': 'Memory',
     'bag': 'Opening a bag: 38 edges in one message at 100 Hz, as MCAP',
@@ -46,12 +47,24 @@ PAGES = {
     'performance_lookups.md': ('depth', 'history', 'humanoid', 'tree', 'many', 'continuous',
                                'insert'),
     'performance_nodes.md': ('listener', 'control', 'joints', 'doctor', 'wait'),
+    'performance_shared.md': ('shared',),
     'performance_data.md': ('memory', 'bag', 'fleet', 'fleet_lag', 'fleet_link'),
     'performance_beyond.md': ('uncertain', 'calibration'),
     'performance_growth.md': ('growth_samples', 'growth_frames', 'growth_threads',
                               'growth_memory', 'growth_rates', 'growth_bags'),
 }
 """The groups whose results each page of docs has."""
+
+
+def pages_of(groups: Collection[str]) -> list[str]:
+    """Return the pages that have some of these groups."""
+    return [page for page, own in PAGES.items() if not set(own).isdisjoint(groups)]
+
+
+def are_whole_pages(groups: Collection[str]) -> bool:
+    """Return whether these are all groups of the pages that have some of them."""
+    return all(set(PAGES[page]) <= set(groups) for page in pages_of(groups))
+
 
 BEGIN, END = '<!-- results: begin -->', '<!-- results: end -->'
 """The results of a page are between these comments."""
@@ -132,9 +145,9 @@ def read(folder: Path) -> tuple[list[Row], Machine, dict[str, str]]:
 
 def update_pages(docs: Path, rows: Sequence[Row], machine: Machine,
                  absent: dict[str, str]) -> None:
-    """Replace the results on each page by those of its groups."""
-    for page, groups in PAGES.items():
-        own = [row for row in rows if row.group in groups]
+    """Replace the results on each page that has groups of a run."""
+    for page in pages_of({row.group for row in rows}):
+        own = [row for row in rows if row.group in PAGES[page]]
         _update(docs / page, summary(own, machine, absent))
 
 

@@ -28,6 +28,11 @@ TF2_ROS = 'tf2_ros'
 GTSAM = 'GTSAM'
 KINHEC = 'KinHEC'
 EMPTY = 'TransformStamped()'
+SHARED = 'shared tree'
+OWN = 'own tree'
+TF_SHARE = 'tf_share'
+ALONE = 'no listener'
+BESIDE = 'no listener, beside tf_share'
 
 
 @dataclass

@@ -3,14 +3,14 @@
 
 """Read results back from the tables that ``report`` wrote into the pages."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
 import re
 from typing import Any, NamedTuple
 
-from .report import BEGIN, END, group_of, PAGES
+from .report import BEGIN, END, group_of, PAGES, pages_of
 from .rows import Comparison, Row
 from .timing import Spread, spread
 
@@ -66,24 +66,32 @@ class Results(NamedTuple):
         raise KeyError(f'{unit} in {group}: {name}')
 
 
-def results_of(docs: Path) -> Results:
+def results_of(docs: Path, pages: Collection[str] = PAGES) -> Results:
     """
-    Return the results on all pages.
+    Return the results on all pages, or on some of them.
 
     :raises ValueError: a page contains no results.
     """
-    tables = {page: _results(docs / page) for page in PAGES}
+    tables = {page: _results(docs / page) for page in pages}
     return Results(
-        [row for page in PAGES for row in _rows(docs / page, tables[page])],
-        [ratio for page in PAGES for ratio in _ratios(tables[page])],
-        {page: _run(docs / page, tables[page]) for page in PAGES})
+        [row for page in pages for row in _rows(docs / page, tables[page])],
+        [ratio for page in pages for ratio in _ratios(tables[page])],
+        {page: _run(docs / page, tables[page]) for page in pages})
 
 
 def of_run(rows: Sequence[Row], machine: Mapping[str, Any]) -> Results:
     """Return the results of a run that is not on the pages yet."""
     run = Run(_day(machine['date']), machine['commit'] or _NO_COMMIT)
     return Results(list(rows), [(row.group, comparison) for row in rows
-                                for comparison in row.comparisons], dict.fromkeys(PAGES, run))
+                                for comparison in row.comparisons],
+                   dict.fromkeys(pages_of({row.group for row in rows}), run))
+
+
+def after_run(docs: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> Results:
+    """Return the results that all pages will have after a run, which may be one of some pages."""
+    run = of_run(rows, machine)
+    others = results_of(docs, [page for page in PAGES if page not in run.runs])
+    return Results(run.rows + others.rows, run.ratios + others.ratios, others.runs | run.runs)
 
 
 def _results(document: Path) -> str:

@@ -8,19 +8,22 @@ It looks up slightly past poses at a fixed rate while /tf arrives. The results s
 of the listener on the node. WAY is one of ``WAYS``.
 """
 
-import resource
+import functools
 import sys
 import time
 from typing import Any
 
-import numpy as np
 import rclpy
 from rclpy.node import Node
 from rclpy.time import Time
 import tf_tree_py
 
-from ..rows import OURS, TF2_ROS
+from ..looping import run_loop
+from ..rows import OURS, SHARED, TF2_ROS
 from ..worker import serve
+
+# How long to wait for the process that shares the tree.
+_PATIENCE_S = 20.0
 
 
 def _ours(node: Node) -> tuple[Any, Any]:
@@ -34,7 +37,12 @@ def _tf2_ros(node: Node) -> tuple[Any, Any]:
     return buffer, tf2_ros.TransformListener(buffer, node, spin_thread=True)
 
 
-WAYS = {OURS: _ours, TF2_ROS: _tf2_ros}
+def _shared(node: Node) -> tuple[Any, Any]:
+    buffer = tf_tree_py.Buffer(shared=_PATIENCE_S)
+    return buffer, tf_tree_py.TransformListener(buffer, node)
+
+
+WAYS = {OURS: _ours, TF2_ROS: _tf2_ros, SHARED: _shared}
 
 
 class ControlLoop:
@@ -60,32 +68,14 @@ class ControlLoop:
         if not listens:
             newest = self._buffer.get_latest_common_time(target, source).nanoseconds
             self._listener.unregister()
-        count, behind = round(seconds * rate_hz), round(behind_s * 1e9)
-        late, spent, unanswered = [], [], 0
-        used, begin = _cpu_s(), time.monotonic()
-        for number in range(count):
-            due = begin + number / rate_hz
-            time.sleep(max(0.0, due - time.monotonic()))
-            woken = time.monotonic()
+        behind = round(behind_s * 1e9)
+
+        def stamp(number: int) -> Time:
             present = time.time_ns() if newest is None else newest + number
-            stamp = Time(nanoseconds=present - behind)
-            asked = time.perf_counter()
-            try:
-                self._buffer.lookup_transform(target, source, stamp)
-                spent.append(time.perf_counter() - asked)
-            except Exception:  # noqa: B902 - each package has its own classes
-                unanswered += 1
-            late.append(woken - due)
-        lasted = time.monotonic() - begin
-        median, most, nearly_all = np.percentile(spent or [np.nan], [50.0, 99.0, 99.9])
-        return {'p50_s': float(median), 'p99_s': float(most), 'p999_s': float(nearly_all),
-                'late_p99_s': float(np.percentile(late, 99.0)), 'unanswered': unanswered / count,
-                'cores': (_cpu_s() - used) / lasted}
+            return Time(nanoseconds=present - behind)
 
-
-def _cpu_s() -> float:
-    spent = resource.getrusage(resource.RUSAGE_SELF)
-    return spent.ru_utime + spent.ru_stime
+        return run_loop(stamp, functools.partial(
+            self._buffer.lookup_transform, target, source), rate_hz, seconds)
 
 
 def main() -> None:

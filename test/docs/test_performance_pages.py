@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""The numbers of all pages are one measurement: the benchmark writes and renews them."""
+"""The numbers in the text are those of the tables: the benchmark writes and renews both."""
 
 from dataclasses import replace
 from pathlib import Path
 import re
 import shutil
 
-from benchmark import figures, publishing, report, stored
+from benchmark import figures, options, publishing, report, stored
 from benchmark.__main__ import GROUPS
 from benchmark.passages import PASSAGES
 from benchmark.rows import DEBIAN, GTSAM, JAZZY, OURS, PURE, Row, TF2_ROS
@@ -25,7 +25,7 @@ MACHINE = dict.fromkeys(('python', 'numpy', 'scipy', 'rclpy', 'rmw', 'transform-
 QUOTING = {'README.md', 'docs/beyond_tf2.md', 'docs/calibration.md', 'docs/continuous_time.md',
            'docs/doctor.md', 'docs/fleet.md', 'docs/installing.md', 'docs/performance.md',
            'docs/recorded_trees.md', 'docs/robot_description.md',
-           'docs/several_robots.md', 'docs/tools.md'}
+           'docs/several_robots.md', 'docs/shared_tree.md', 'docs/tools.md'}
 
 # Figures of a benchmark in a table: numbers with one of its units.
 _FIGURE = re.compile(r'(?<![\w.])\d[\d,.]*(?= (?:us|ms|bytes|%))')
@@ -140,9 +140,32 @@ def test_a_run_with_other_numbers_renews_all_pages(copy, no_plots):
     assert {page: now[page] for page in QUOTING} == {page: then[page] for page in QUOTING}
 
 
+def test_a_run_of_one_page_leaves_the_others(copy, no_plots):
+    before = stored.results_of(DOCS)
+    rows = [row for row in scaled(before, 3.0) if row.group == 'shared']
+    publishing.publish(copy, rows, MACHINE, {})
+    assert stale(copy) == []
+    runs = stored.results_of(copy / 'docs').runs
+    assert runs.pop('performance_shared.md') == stored.Run('3 February 2027', 'abcdef1')
+    assert runs == {page: run for page, run in before.runs.items() if page in runs}
+    changed = {page for page, text in texts(copy).items() if text != texts(REPOSITORY)[page]}
+    assert changed == {'docs/performance_shared.md', 'docs/shared_tree.md'}
+
+
+@pytest.mark.parametrize(('given', 'why'), [
+    (['--only', 'wait', 'listener'], 'needs all groups of a page'),
+    (['--only', 'shared', '--quick'], 'not with --quick')])
+def test_a_part_of_a_page_is_not_published(given, why, capsys):
+    assert options.parse(['--docs', '--only', *report.PAGES['performance_shared.md']]).docs
+    with pytest.raises(SystemExit):
+        options.parse(['--docs', *given])
+    assert why in capsys.readouterr().err
+
+
 def test_results_of_a_run_replace_those_on_the_pages(copy):
     rows = [Row('depth', 'middle, depth 1', 'us', {'tf_tree_py': [1.0, 2.0, 3.0]}),
             Row('wait', 'over DDS, p50', 'ms', {'tf_tree_py': [4.0]}),
+            Row('shared', 'receiving', '% of a core', {'tf_tree_py': [0.5]}),
             Row('memory', 'samples', 'bytes a sample', {'tf_tree_py': [64.0]}),
             Row('uncertain', '5 moving edges', 'us', {'plain': [9.0], 'large': [1234.5]}),
             Row('growth_bags', 'list, 1 bag', 'ms a bag', {'tf_tree_py': [0.5]})]

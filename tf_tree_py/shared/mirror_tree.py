@@ -119,11 +119,11 @@ class _Histories(dict[str, History]):
             raise ValueError('the table does not fit the directory')
         self._table, self._steady = table, steady
 
-    def edges_of(self, path: Path) -> 'list[_Edge]':
+    def edges_of(self, path: Path) -> list[_Edge]:
         """Return the moving edges of a path."""
         return [self._edges[history.child] for history in path.moving]
 
-    def begin_of(self, edges: 'list[_Edge]') -> int:
+    def begin_of(self, edges: list[_Edge]) -> int:
         """Return the first stamp from which new samples change no pose of some edges."""
         begin = BEGINNING
         for edge in edges:
@@ -135,7 +135,7 @@ class _Histories(dict[str, History]):
             begin = max(begin, stamps[first] if first < len(stamps) else FOREVER)
         return begin
 
-    def bring_up(self, edges: 'Iterable[_Edge]') -> None:
+    def bring_up(self, edges: Iterable[_Edge]) -> None:
         """
         Let edges lie on the samples of the newest state.
 
