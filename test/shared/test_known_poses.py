@@ -8,19 +8,24 @@ A shared tree does not look at a state with nothing new but samples, if the stam
 samples that it knows. Its answers, and its errors, have to be those of a buffer all the same.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+import gc
 import itertools
+import mmap
 
 import pytest
 from sharing_trees import error_of, shared, SharingBuffer
-from tf_tree_py import from_seconds, TransformException
+from tf_tree_py import BufferCore, from_seconds, TransformException
 from tf_tree_py.core.tree import path_finder
 from tf_tree_py.core.tree.climb import Cleared
 from tf_tree_py.core.tree.path import Path
 from tf_tree_py.shared import layout, mirror_tree
+from tf_tree_py.shared.attachment import Attachment
 from tf_tree_py.shared.errors import LapsedException
-from tf_tree_py.shared.layout import CHANGED, INTACT, STATE
+from tf_tree_py.shared.layout import CHANGED, INTACT, PAGE, STATE
 from tf_tree_py.shared.memory import Memory
-from tf_tree_py.shared.shared_tree import SharedTree
+from tf_tree_py.shared.place import Place
+from tf_tree_py.shared.shared_tree import attach, SharedTree
 
 CACHE_TIME = from_seconds(1.0)
 MS = 10 ** 6
@@ -60,13 +65,18 @@ def answers(tree):
 
 @pytest.fixture
 def pair(monkeypatch):
-    """Return a buffer, and a tree that shows it, and knows the poses of each pair."""
+    """Return a buffer, and a tree that shows it, knows all poses, and can change the header."""
     monkeypatch.setattr(Memory, 'keep_s', 0.0)  # memory is used again at once
     buffer = SharingBuffer(CACHE_TIME, now=lambda: 0)
     for stamp in STAMPS:
         insert_all(buffer, stamp)
     buffer.insert('base', 'camera', 0, pose_of(3 * STEP), static=True)
-    with shared(buffer) as (domain_id, _), SharedTree(domain_id=domain_id) as tree:
+    with shared(buffer) as (domain_id, sharing):
+        place, tree = Place(domain_id), BufferCore(CACHE_TIME, now=lambda: 0)
+        tree.mirror = attach(tree, Attachment(place))
+        with place.memory.open('r+b') as file:
+            tree.words = memoryview(mmap.mmap(file.fileno(), PAGE)).cast('q')
+        tree.sharing = sharing
         assert answers(tree) == answers(buffer)
         yield buffer, tree
 
@@ -162,18 +172,27 @@ def test_other_questions_are_answered_by_the_newest_state(pair, change, ask):
     assert ask(tree) == ask(buffer)
 
 
+def is_free(lock):
+    """Return whether another thread than those that wait for this one could acquire a lock."""
+    acquired = lock.acquire(blocking=False)
+    if acquired:
+        lock.release()
+    return acquired
+
+
 def test_cleared_tree_is_explained_with_the_lock(pair, monkeypatch):
     buffer, tree = pair
-    explain, owned = Cleared.explain, []
+    explain, free = Cleared.explain, []
 
     def explained(*arguments):
-        owned.append(tree._mirror.plain._is_owned())
+        free.append(pool.submit(is_free, tree.mirror.plain).result())
         explain(*arguments)
 
     buffer.clear()
     monkeypatch.setattr(Cleared, 'explain', explained)
-    assert 'forgot' in str(answer(tree, 'map', 'base', NEWEST))
-    assert owned == [True]
+    with ThreadPoolExecutor() as pool:
+        assert 'forgot' in str(answer(tree, 'map', 'base', NEWEST))
+    assert free == [False]
 
 
 def test_known_pose_needs_no_look_at_the_newest_state(pair, looks):
@@ -205,10 +224,10 @@ def test_sample_before_a_known_pose_may_expire(pair):
 def test_memory_of_a_known_pose_is_used_again(pair, looks_at_others):
     """A pair that is looked up rarely lies on older memory than another one."""
     buffer, tree = pair
-    words, newest, found = tree._mirror.words, NEWEST, 0
+    words, newest, found = tree.words, NEWEST, 0
     for _ in range(40):
         assert tree.lookup('map', 'base', STAMPS[-3]) == buffer.lookup('map', 'base', STAMPS[-3])
-        known, changed = tree._mirror.state, words[CHANGED]
+        known, changed = tree.mirror.state, words[CHANGED]
         while words[INTACT] <= known and newest < NEWEST + CACHE_TIME // 2:
             newest += MS
             for parent, child in ('odom', 'base'), ('map', 'arm'):
@@ -225,12 +244,12 @@ def test_memory_that_is_used_again_during_a_lookup_is_not_believed(pair, monkeyp
     buffer, tree = pair
     stamp = STAMPS[-3] + 1
     expected = tree.lookup('map', 'base', stamp)
-    known = tree._mirror.state
+    known = tree.mirror.state
     for number in range(1, 10):
         insert(buffer, NEWEST + number * MS)
     tree.lookup('map', 'arm')
-    assert tree._mirror.state > known + 1
-    pose_at, words, asked = Path.pose_at, buffer._lock._sharing._memory.words, []
+    assert tree.mirror.state > known + 1
+    pose_at, words, asked = Path.pose_at, tree.words, []
 
     def slow(path, stamp):
         asked.append(stamp)
@@ -267,7 +286,7 @@ def test_change_in_the_middle_of_a_lookup_is_asked_again(pair, monkeypatch):
 def test_memory_is_used_again_before_the_next_state_is_there(pair):
     """The writer uses memory again first, so a reader must not wait for the next state."""
     buffer, tree = pair
-    words = buffer._lock._sharing._memory.words
+    words = tree.words
     insert(buffer, NEWEST + MS)
     assert tree.lookup('map', 'base', STAMPS[-3]) == buffer.lookup('map', 'base', STAMPS[-3])
     words[INTACT] = words[STATE] >> 16
@@ -277,9 +296,9 @@ def test_memory_is_used_again_before_the_next_state_is_there(pair):
 
 def test_what_was_read_in_memory_that_is_used_again_is_not_kept(pair, looks):
     buffer, tree = pair
-    words = buffer._lock._sharing._memory.words
-    with pytest.raises(LapsedException), tree._lock:
-        words[INTACT] = tree._mirror.state + 1
+    words = tree.words
+    with pytest.raises(LapsedException), tree.mirror:
+        words[INTACT] = tree.mirror.state + 1
         tree.lookup('map', 'odom', STAMPS[-3])
     for number in (1, 2):
         insert_all(buffer, NEWEST + number * MS)
@@ -292,7 +311,7 @@ def test_lookup_in_a_lookup_does_not_ask_again(pair, looks):
     """Inside of the lock, it would read the same."""
     buffer, tree = pair
     insert(buffer, NEWEST + MS)
-    with pytest.raises(LapsedException, match='has changed during this lookup'), tree._lock:
+    with pytest.raises(LapsedException, match='has changed during this lookup'), tree.mirror:
         insert(buffer, NEWEST)
         looks.clear()
         tree.lookup('map', 'base')
@@ -304,7 +323,7 @@ def test_interrupted_lookup_does_not_stop_others(pair):
     """A signal may have left the depth of the lock too large."""
     buffer, tree = pair
     insert(buffer, NEWEST + MS)
-    tree._lock.__enter__()
+    tree.mirror.__enter__()
     insert(buffer, NEWEST)
     with pytest.raises(LapsedException):
         tree.lookup('map', 'base')
@@ -314,8 +333,8 @@ def test_interrupted_lookup_does_not_stop_others(pair):
 def test_end_of_sharing_during_a_lookup(pair):
     buffer, tree = pair
     insert(buffer, NEWEST + MS)
-    with pytest.raises(LapsedException, match='has changed during this lookup'), tree._lock:
-        buffer._lock._sharing.close()
+    with pytest.raises(LapsedException, match='has changed during this lookup'), tree.mirror:
+        tree.sharing.close()
         tree.lookup('map', 'base')
     assert 'it was stopped, and closed the tree' in error_of(lambda: tree.lookup('map', 'base'))
 
@@ -330,5 +349,5 @@ def test_paths_of_a_tree_that_does_not_change_are_limited(monkeypatch):
     with shared(buffer) as (domain_id, _), SharedTree(domain_id=domain_id) as tree:
         for target, source in itertools.product(children, children):
             assert tree.lookup(target, source) == buffer.lookup(target, source)
-        kept = vars(tree._tree.paths).values()
-        assert max(len(paths) for paths in kept if isinstance(paths, dict)) <= 100
+        routes = [each for each in gc.get_objects() if type(each).__name__ == '_Route']
+        assert 0 < len(routes) <= 100

@@ -63,7 +63,7 @@ class Path:
         self.source_parts = _merge_static_runs(source_edges)
         self.target_parts = _merge_static_runs(target_edges)
         self.moving = tuple(edge for edge in (*reversed(source_edges), *reversed(target_edges))
-                              if moves(edge))
+                            if moves(edge))
 
     def steps(self) -> list[Step]:
         """Return all edges of a fixed path from the target to the source, including static."""
