@@ -365,6 +365,8 @@ def _shared() -> Iterable[Passage]:
                        ('has the listener of `tf2_ros`', TF2_ROS)):
         yield say(f'| {label} | {{}} % |', _of('shared', loop, way))
     yield say('| `tf_share`, once for all of them | {} % |', _of('shared', 'receiving', TF_SHARE))
+    yield say('sample in its window: {} MB for 38 edges at 500 Hz and 10 s.',
+              _of('shared', 'the file, in all rounds', TF_SHARE))
 
 
 PASSAGES = [*_readme(), *_performance(), *_details(), *_nodes(), *_recordings(), *_fleet(),

@@ -20,8 +20,8 @@ from ..worker import Worker
 
 _TRANSFORMS, _HZ, _WINDOW_S = 38, 500, 10.0
 _EDGES, _LOOP_HZ, _BEHIND_S = 10, 100.0, 0.03
-# Fast DDS stalls a publisher for a third of a second about three seconds after a process has
-# joined that does not subscribe, so the measurement begins later.
+# Fast DDS may stall the publisher for a third of a second, about three seconds after a process has
+# joined; see docs/performance_shared.md.
 _SETTLE_S = 5.0
 _MARGIN_S = 1.0
 # The most that the CPU and the delay of a loop may be, as a multiple of those without a listener;

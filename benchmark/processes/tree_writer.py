@@ -7,7 +7,6 @@ Write a tree in shared memory, without ROS: ``python -m benchmark.processes.tree
 WAY is one of ``WAYS``; NAME is a number that its readers use, too.
 """
 
-from contextlib import ExitStack
 from itertools import count
 import sys
 import threading
@@ -90,7 +89,6 @@ class Stream:
     def __init__(self, way: str, name: int) -> None:
         self._way, self._name = way, name
         self._over = threading.Event()
-        self._exits = ExitStack()
 
     def begin(self, transforms: int, rate_hz: float, history_s: float) -> None:
         """Share a tree with a full window, and no more."""
@@ -116,10 +114,6 @@ class Stream:
                 return
             self.insert(time.time_ns(), number)
 
-    def stop(self) -> None:
-        """Insert no more."""
-        self._over.set()
-
     def insert(self, stamp: int, number: int = 0) -> float:
         """Insert a sample of each edge; return the monotonic time before, seconds."""
         began = time.monotonic()
@@ -127,8 +121,8 @@ class Stream:
         return began
 
     def close(self) -> None:
-        """End sharing."""
-        self.stop()
+        """Insert no more, and end sharing."""
+        self._over.set()
         if isinstance(self._writer, OurWriter):
             self._writer.sharing.close()
 
@@ -136,8 +130,7 @@ class Stream:
 def main() -> None:
     """Write until the input ends."""
     stream = Stream(sys.argv[1], int(sys.argv[2]))
-    serve({'begin': stream.begin, 'run': stream.run, 'stop': stream.stop,
-           'insert': stream.insert})
+    serve({'begin': stream.begin, 'run': stream.run, 'insert': stream.insert})
     stream.close()
 
 

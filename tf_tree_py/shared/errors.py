@@ -18,7 +18,7 @@ class LapsedException(SharedTreeException):
     """
     What a lookup has read is not that of one state; the methods of ``SharedTree`` ask again.
 
-    :ivar is_inside: whether the lock is still held, so that to ask again has no use.
+    :ivar is_inside: whether the lock is still held, so asking again would read the same.
     """
 
     is_inside = False

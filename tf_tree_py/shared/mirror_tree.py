@@ -163,6 +163,10 @@ class _Histories(dict[str, History]):
         except (IndexError, ValueError) as error:
             raise self._attachment.damaged(str(error)) from error
 
+    def bring_up_all(self) -> None:
+        """Let all edges lie on the samples of the newest state; see ``bring_up``."""
+        self.bring_up(self._edges.values())
+
     def _lie(self, edge: _Edge, offset: int, size: int, samples: int) -> None:
         """Let a history lie on the block of its row; see ``layout.ROW_WORDS``."""
         history, entry, names = edge.history, edge.entry, self._directory.names
@@ -208,12 +212,12 @@ class _Histories(dict[str, History]):
 
     def values(self) -> 'ValuesView[History]':  # type: ignore[override]
         """Return all histories."""
-        self.bring_up(self._edges.values())
+        self.bring_up_all()
         return super().values()
 
     def items(self) -> 'ItemsView[str, History]':  # type: ignore[override]
         """Return all histories by child frame."""
-        self.bring_up(self._edges.values())
+        self.bring_up_all()
         return super().items()
 
 
@@ -307,14 +311,16 @@ class _Paths(PathFinder):
 class _Spanning(Spanning):
     """The order in which all frames are reached, with edges as of the newest state."""
 
+    _histories: _Histories
+
     def poses_from(self, target: str, stamp: int) -> dict[str, PoseTuple]:
         """Return the poses of all frames; see ``Spanning``."""
-        self._histories.values()
+        self._histories.bring_up_all()
         return super().poses_from(target, stamp)
 
     def latest_of_all(self, target: str) -> int:
         """Return the newest time for which all edges have data; see ``Spanning``."""
-        self._histories.values()
+        self._histories.bring_up_all()
         return super().latest_of_all(target)
 
 

@@ -47,7 +47,7 @@ class SharedWaiting(Waiting):
         # The version at which inquiries were last woken, and the failures that they know.
         self._words = weakref.ref(mirror.words)  # it must not keep the file
         self._over: SharedTreeException | None = None
-        # The child frames of the edges that were brought up to date.
+        # The child frames of the edges whose newest samples are shown.
         self._looked_at: list[str] = []
         # Those that wait already have asked another tree.
         self._version = -1 if len(self) else tree.version

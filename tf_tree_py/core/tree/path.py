@@ -45,6 +45,8 @@ class Path:
     the path is valid only for its own stamp. ``for_good`` means that there was no other path at
     any time: if an edge of it has no data for a stamp, its child had no parent then, and no edge
     above the meeting point ever changed its parent.
+
+    :ivar moving: all edges that are not static.
     """
 
     __slots__ = ('fixed', 'for_good', 'source_parts', 'target_parts', 'moving', '_edges', '_steps')
