@@ -44,7 +44,7 @@ STARTS = [0, 1, -7, 1_700_000_000_000_000_000, -2 ** 63, 2 ** 63 - 40, 2 ** 53]
 STEPS = [0, 1, 2, 3, 10_000_000, 10_000_000, 10_000_000, 2 ** 53 + 1, 2 ** 61, -1, -5]
 
 # The slots of a moving edge that C reads.
-READ = {'stamps', 'poses', 'parents', '_start', '_horizon', '_is_linear'}
+READ = {'stamps', 'poses', 'parents', '_horizon', '_is_linear'}
 
 numbers = st.one_of(st.floats(), st.floats(-1.0, 1.0), st.sampled_from(ODD))
 numbers_of_poses = st.tuples(*[numbers] * 7)
@@ -245,7 +245,6 @@ def test_what_is_no_pose_is_left_to_python(sampled):
 
 
 @pytest.mark.parametrize(('name', 'value'), [
-    *(('_start', start) for start in (-1, 1, 2, 7, 2 ** 70, None, 'x')),
     *(('_horizon', stamp) for stamp in (10, 11, 20, 2 ** 70, -2 ** 70, None)),
     ('_is_linear', 1), ('_is_linear', None), ('parents', ['a', 'a']), ('parents', ['a', 'b']),
     ('stamps', [10, 20]), ('stamps', array('q')), ('stamps', array('q', [10])), ('stamps', None),

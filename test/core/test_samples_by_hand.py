@@ -3,6 +3,8 @@
 
 """The methods of a history of samples, each in whole results worked out by hand."""
 
+import contextlib
+import copy
 import math
 
 import numpy as np
@@ -71,6 +73,21 @@ def test_late_is_the_oldest_stamp_that_came_after_a_newer_one():
     assert (history.late, history.newest_stamp, history.oldest_stamp) == (8, 30, 8)
     history.extend(np.array([9, 40]), poses)
     assert history.late == 8
+
+
+def test_reading_changes_nothing():
+    """Threads may read at once: those of a reader of a shared tree have no lock."""
+    history = history_of(*[(stamp, 'p') for stamp in range(0, 200, 10)], cache_time=75)
+    slots = {name: getattr(history, name) for cls in Samples.__mro__
+             for name in getattr(cls, '__slots__', ())
+             if name != 'interpolation' and hasattr(history, name)}
+    before = copy.deepcopy(slots)
+    for stamp in range(-10, 210, 5):
+        with contextlib.suppress(ExtrapolationException):
+            history.sample(stamp)
+        history.index_at(stamp)
+    assert (len(history), history.oldest_stamp) == (9, 110)
+    assert slots == before == {name: getattr(history, name) for name in slots}
 
 
 def test_parents_between_in_whole_tuples():

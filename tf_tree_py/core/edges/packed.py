@@ -12,7 +12,7 @@ The rules:
   ``poses`` and, where these exist, one parent. An exception between the changes of two arrays
   would shift all later samples.
 - Samples before ``first()`` have expired, although they are still there: no lookup may find them.
-- Reading changes ``_start``, so lookups hold the buffer's lock, too.
+- Reading changes nothing: a reader of a shared tree may have no lock.
 - ``tree/path_in_c.c`` reads the slots and the memory of ``Samples``: see ``tree/path``.
 - No view of the arrays outlives the lock: as long as one exists, they cannot grow, and the next
   insertion raises ``BufferError``. ``copy_between`` returns copies for that reason.
@@ -87,7 +87,7 @@ class PackedSamples:
     """
 
     __slots__ = ('child', 'parent', 'newest_stamp', 'latest_stamp', 'authority', 'cache_time',
-                 'late', 'stamps', 'poses', 'parents', '_holds_for', '_ends', '_start', '_horizon',
+                 'late', 'stamps', 'poses', 'parents', '_holds_for', '_ends', '_horizon',
                  '_tidy_after')
 
     _holds_for: int  # set with the interpolation, by Samples
@@ -123,9 +123,7 @@ class PackedSamples:
         # The edge ended at samples with these stamps: it has no data until the next sample. If
         # this set is not empty, parents are stored, too.
         self._ends: set[int] = set()
-        # Samples older than the horizon have expired. A lookup moves the start past them; their
-        # memory is freed later, by _tidy.
-        self._start = 0
+        # Samples older than the horizon have expired. Their memory is freed later, by _tidy.
         self._horizon = BEGINNING
         self._tidy_after = BEGINNING
 
@@ -260,7 +258,7 @@ class PackedSamples:
         :param horizon: samples older than this have expired, nanoseconds.
         """
         self.parents = cast('list[str] | None', columns.parents)
-        self.parent, self._ends, self._start = parent, set(columns.ends), 0
+        self.parent, self._ends = parent, set(columns.ends)
         self.grow_to(columns.stamps, columns.poses, horizon)
 
     def grow_to(self, stamps: 'memoryview[int]', poses: 'memoryview[float]', horizon: int) -> None:
@@ -357,9 +355,9 @@ class PackedSamples:
 
     def first(self) -> int:
         """Return the index of the oldest sample that has not expired; 0 without samples."""
-        if self.stamps and self.stamps[self._start] < self._horizon:
-            self._start = bisect_left(self.stamps, self._horizon, self._start)
-        return self._start
+        if self.stamps and self.stamps[0] < self._horizon:
+            return bisect_left(self.stamps, self._horizon)
+        return 0
 
     def _tidy(self, latest: int) -> None:
         """Remove expired samples; repeat after an eighth of the window."""
@@ -371,7 +369,6 @@ class PackedSamples:
                 self._ends = {end for end in self._ends if end >= self.stamps[0]}
                 if len(set(self.parents)) == 1 and not self._ends:
                     self.parents = None
-            self._start = 0
         self._tidy_after = latest + self.cache_time // 8
 
     def _drop(self, count: int) -> None:

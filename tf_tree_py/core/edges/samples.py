@@ -109,9 +109,9 @@ class Samples(PackedSamples):
         """
         if stamp == self.newest_stamp:
             return unpack_pose(self.poses, -POSE_BYTES)
-        stamps, start = self.stamps, self._start
-        after = bisect_right(stamps, stamp, start)
-        if (not start < after < len(stamps)
+        stamps = self.stamps
+        after = bisect_right(stamps, stamp)
+        if (not 0 < after < len(stamps)
                 or (older_stamp := stamps[after - 1]) < self._horizon):
             if self.index_at(stamp) is None:
                 raise self.extrapolation(stamp)

@@ -6,6 +6,8 @@ The edges between two frames, prepared for composition at any stamp.
 
 This file only computes along a known path; ``path_finder`` finds the edges. A ``Path`` refers to
 the tree's histories, so it is used with the buffer's lock, and only until the structure changes.
+A reader of a shared tree uses it without the lock, and finds out afterwards whether another thread
+has changed a history: see ``shared/mirror``. So ``pose_at`` changes nothing.
 
 ``path_in_c.c`` repeats ``Path.pose_at`` in C. It reads the slots of ``StaticHistory`` and
 ``Samples`` directly, and what was built may be older than the Python code. So the slots, a

@@ -9,7 +9,8 @@
  *
  * use() finds the slots that are read here, so a class that changes is noticed at import. Whoever
  * changes what these functions return raises REVISION, here and in path.py, so that an older build
- * is noticed, too. All of this runs with the GIL and the buffer's lock.
+ * is noticed, too. All of this runs with the GIL; and with the buffer's lock, or in a reader of a
+ * shared tree, in which the histories may change between the edges: see shared/mirror.py.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -35,7 +36,7 @@ static PyTypeObject *static_type, *samples_type;
 static PyObject *name_of_sample;
 /* Where the slots of these two classes are in an object. */
 static struct Slots {
-    Py_ssize_t pose, stamps, poses, parents, start, horizon, is_linear;
+    Py_ssize_t pose, stamps, poses, parents, horizon, is_linear;
 } slots;
 
 static PyObject *at(PyObject *object, Py_ssize_t slot)
@@ -104,20 +105,20 @@ static int64_t stamp_at(const char *stamps, Py_ssize_t index)
 
 /* edges/samples.py: Samples.sample, of a stamp between two samples, or of one of them */
 static int find(const char *stamps, Py_ssize_t count, const char *poses, int64_t stamp,
-                int64_t start, int64_t horizon, Pose *pose)
+                int64_t horizon, Pose *pose)
 {
-    if (start < 0 || start >= count)
+    if (count == 0)
         return 0;
     /* bisect_right; without branches in the loop, because no processor could predict them */
     int is_last = stamp >= stamp_at(stamps, count - 1);
-    Py_ssize_t after = is_last ? count : (Py_ssize_t)start, end = count;
+    Py_ssize_t after = is_last ? count : 0, end = count;
     while (after < end) {
         Py_ssize_t middle = after + (end - after) / 2;
         int is_newer = stamp < stamp_at(stamps, middle);
         end = is_newer ? middle : end;
         after = is_newer ? after : middle + 1;
     }
-    if (after <= start)
+    if (after == 0)
         return 0;
     int64_t older = stamp_at(stamps, after - 1);
     const char *pair = poses + (after - 1) * (Py_ssize_t)sizeof *pose;
@@ -142,18 +143,17 @@ static int view(PyObject *memory, Py_buffer *buffer)
 /* edges/samples.py: Samples.sample; 0 in all cases that it is better at */
 static int sample_moving(PyObject *edge, int64_t stamp, Pose *pose)
 {
-    int64_t start, horizon;
+    int64_t horizon;
     Py_buffer stamps, poses;
     int found = 0;
     if (at(edge, slots.is_linear) != Py_True || at(edge, slots.parents) != Py_None
-            || !read_integer(at(edge, slots.start), &start)
             || !read_integer(at(edge, slots.horizon), &horizon)
             || !view(at(edge, slots.stamps), &stamps))
         return 0;
     if (view(at(edge, slots.poses), &poses)) {
         Py_ssize_t count = stamps.len / (Py_ssize_t)sizeof stamp;
         if (poses.len == count * (Py_ssize_t)sizeof *pose)
-            found = find(stamps.buf, count, poses.buf, stamp, start, horizon, pose);
+            found = find(stamps.buf, count, poses.buf, stamp, horizon, pose);
         PyBuffer_Release(&poses);
     }
     PyBuffer_Release(&stamps);
@@ -269,7 +269,6 @@ static PyObject *use(PyObject *module, PyObject *args)
             || !find_slot(moving, "stamps", &found.stamps)
             || !find_slot(moving, "poses", &found.poses)
             || !find_slot(moving, "parents", &found.parents)
-            || !find_slot(moving, "_start", &found.start)
             || !find_slot(moving, "_horizon", &found.horizon)
             || !find_slot(moving, "_is_linear", &found.is_linear))
         return NULL;
