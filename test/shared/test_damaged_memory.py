@@ -16,12 +16,19 @@ import pytest
 from sharing_trees import shared, SharingBuffer
 from tf_tree_py import from_seconds
 from tf_tree_py.shared.errors import SharedTreeException
-from tf_tree_py.shared.layout import BEAT, PAGE, Root, root_at, root_struct, STATE, WORD
+from tf_tree_py.shared.layout import (
+    BEAT,
+    PAGE,
+    place_of_record,
+    root_of,
+    ROOT_WORDS,
+    STATE,
+    WORD,
+)
 from tf_tree_py.shared.place import Place
 from tf_tree_py.shared.shared_tree import SharedTree
 
 MS = 10 ** 6
-ROOT_WORDS = root_struct.size // WORD
 
 
 @pytest.fixture(scope='module')
@@ -43,9 +50,11 @@ def contents(tree):
         'map', 20 * MS), [tree.stamps_of(frame).tolist() for frame in tree.frames()]
 
 
-def newest_root(data):
-    at = root_at(struct.unpack_from('q', data, STATE * WORD)[0] >> 16)
-    return at, Root(*root_struct.unpack_from(data, at))
+def newest_record(data):
+    """Return where the header says where the newest record is, in words; and its place."""
+    words = memoryview(data)[:PAGE].cast('q')
+    pointer = place_of_record(words[STATE] >> 16)
+    return pointer, words[pointer], words[pointer + 1]
 
 
 def look(domain_id):
@@ -78,13 +87,14 @@ def check(written, path, damage):
 
 
 @given(place=st.integers(0), value=st.integers(1, 255), where=st.sampled_from(
-    ['header', 'words', 'root', 'table', 'directory']))
+    ['header', 'words', 'pointer', 'root', 'rows', 'directory']))
 def test_changed_byte(written, place, value, where):
     data = written[2].read_bytes()
-    at, root = newest_root(data)
+    pointer, record, record_bytes = newest_record(data)
+    root, root_bytes = root_of(data[record:record + record_bytes]), ROOT_WORDS * WORD
     first, size = {
-        'header': (0, PAGE), 'words': (0, 8 * WORD), 'root': (at, ROOT_WORDS * WORD),
-        'table': (root.table, 4 * WORD * root.rows),
+        'header': (0, PAGE), 'words': (0, 8 * WORD), 'pointer': (pointer * WORD, 2 * WORD),
+        'root': (record, root_bytes), 'rows': (record + root_bytes, record_bytes - root_bytes),
         'directory': (root.directory, root.directory_bytes)}[where]
     place = first + place % size
     if BEAT * WORD <= place < BEAT * WORD + WORD:
@@ -99,8 +109,20 @@ def test_changed_byte(written, place, value, where):
 @example(word=3, value=-1)
 @example(word=4, value=2 ** 62)
 def test_nonsense_in_the_newest_root(written, word, value):
-    at, _ = newest_root(written[2].read_bytes())
-    check(written, at, [(at + word * WORD, struct.pack('q', value))])
+    _, record, _ = newest_record(written[2].read_bytes())
+    check(written, record, [(record + word * WORD, struct.pack('q', value))])
+
+
+@given(word=st.integers(0, 1), value=st.integers(-2 ** 63, 2 ** 63 - 1))
+@example(word=0, value=-1)
+@example(word=0, value=2 ** 62)
+@example(word=1, value=-1)
+@example(word=1, value=0)
+@example(word=1, value=8)
+@example(word=1, value=2 ** 62)
+def test_nonsense_where_the_newest_record_is(written, word, value):
+    pointer, _, _ = newest_record(written[2].read_bytes())
+    check(written, pointer, [((pointer + word) * WORD, struct.pack('q', value))])
 
 
 @given(word=st.sampled_from([0, 1, 2, 4, 5, 6, 7]), value=st.integers(-2 ** 63, 2 ** 63 - 1))

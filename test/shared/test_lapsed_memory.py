@@ -14,7 +14,7 @@ from tf_tree_py.core.messages.sample import Batch, Edges
 from tf_tree_py.shared import mirror as mirror_module
 from tf_tree_py.shared.attachment import Attachment
 from tf_tree_py.shared.errors import LapsedException, SharedTreeException
-from tf_tree_py.shared.layout import INTACT, ROOTS
+from tf_tree_py.shared.layout import INTACT, RECORDS
 from tf_tree_py.shared.memory import Memory
 from tf_tree_py.shared.mirror import Mirror
 from tf_tree_py.shared.mirror_tree import MirrorTree
@@ -122,6 +122,8 @@ def test_hold_that_a_keyboard_interrupt_left_ends_by_itself(writer, reading, mon
     with mirror:
         assert len(tree.histories['a']) == before
     monkeypatch.setattr(mirror_module, 'monotonic_ns', lambda: later)
+    with pytest.raises(LapsedException), mirror:
+        pytest.fail('this state is old')
     with mirror:
         assert len(tree.histories['a']) == before + 1
 
@@ -228,10 +230,10 @@ def test_another_block_at_the_same_place_is_another_block(writer):
 
 
 def test_state_that_is_overwritten_while_it_is_copied_is_not_shown(writer, monkeypatch):
-    """After so many states, the root and the table of the first are those of another."""
+    """After so many states, the record of the first is that of another."""
     with SharedTree(domain_id=writer.domain_id) as tree:
         stamp = 2 * SAMPLES * MS
-        counts = iter(range(ROOTS, ROOTS - 6, -1))
+        counts = iter(range(RECORDS, RECORDS - 6, -1))
 
         def fence():
             """Run between the parts of a copy."""
@@ -253,7 +255,7 @@ def test_state_that_is_overwritten_while_it_is_copied_is_not_shown(writer, monke
 def test_tree_that_always_changes_meanwhile_cannot_be_read(writer, monkeypatch):
     with SharedTree(domain_id=writer.domain_id) as tree:
         def fence():
-            for _ in range(ROOTS):
+            for _ in range(RECORDS):
                 writer.insert_late()
 
         writer.insert_late()

@@ -20,7 +20,7 @@ from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING
 from tf_tree_py.core.times import Stamps
 
-from .layout import Block, POSE_BYTES, ROW_WORDS
+from .layout import Block, POSE_BYTES, row_at, ROW_WORDS, WORD
 
 # How many more samples than it has now a block has room for, at least.
 _SPARE = 32
@@ -55,7 +55,7 @@ class BlockSamples(Samples):
     :ivar block: where they are; None if they are in memory of this process, or there are none.
     """
 
-    __slots__ = ('_blocks', 'block', '_first', '_count', '_own_stamps', '_own_poses', '_rows',
+    __slots__ = ('_blocks', 'block', '_first', '_count', '_own_stamps', '_own_poses', '_record',
                  '_at', '_at_samples', '_room', '_in_stamps', '_in_poses')
 
     def __init__(self, child: str, cache_time: int, authority: str = '',
@@ -64,7 +64,7 @@ class BlockSamples(Samples):
         self.block: Block | None = None
         # The samples are those from the first to the count in the block; those before are expired.
         self._first = self._count = 0
-        self._rows = array('q')
+        self._record = array('q')
         self._at, self._at_samples = 0, 2
         self._in_stamps = self._in_poses = _NO_MEMORY
         super().__init__(child, cache_time, authority, interpolation)
@@ -84,9 +84,9 @@ class BlockSamples(Samples):
             self._blocks = blocks
             blocks.note()
 
-    def use_row(self, rows: 'array[int]', index: int) -> None:
+    def use_row(self, record: 'array[int]', index: int) -> None:
         """Write the row with this index from now on."""
-        self._rows, self._at = rows, ROW_WORDS * index
+        self._record, self._at = record, row_at(index) // WORD
         self._at_samples = self._at + 2
         self._write_row()
 
@@ -142,7 +142,6 @@ class BlockSamples(Samples):
         assert self._blocks is not None
         if not self.coded:  # or else expired samples decide when the others lose their codes
             self._drop(self.first())
-            self._start = 0
         stamps, poses, count = self.stamps, self.poses, len(self.stamps)
         old = self.block
         if count:
@@ -156,9 +155,9 @@ class BlockSamples(Samples):
             self.block, self._first, self._count = block, 0, count
             self._in_stamps, self._in_poses = block.stamps, block.poses
             self._room = self._room_in(block.capacity)
+        self._write_row()
         if old is not None:
             self._blocks.retire_block(old)
-        self._write_row()
         return self.block is not None
 
     def _capacity(self) -> int:
@@ -203,7 +202,7 @@ class BlockSamples(Samples):
             usual = (BEGINNING if self._count < 2 else
                      block.stamps[self._count - 2] - self.cache_time)
             row = block.offset, block.size, 2 * self._count + (self._horizon != usual)
-        self._rows[self._at:self._at + 3] = array('q', row)
+        self._record[self._at:self._at + 3] = array('q', row)
 
     # --- the next sample, in place
 
@@ -224,7 +223,7 @@ class BlockSamples(Samples):
         self._in_stamps[count] = stamp
         self._in_poses[at:at + POSE_BYTES] = pose
         self._count = count = count + 1
-        self._rows[self._at_samples] = count + count
+        self._record[self._at_samples] = count + count
         self.newest_stamp = self.latest_stamp = stamp
         return True
 

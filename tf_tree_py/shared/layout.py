@@ -4,14 +4,13 @@
 """
 What is where in the shared file, and in which order it is written and read.
 
-- The header is one page: a few words, then the roots.
-- A root names one table and one directory. That of the state number ``n`` is the root ``n %
-  ROOTS``, and its table is in memory that only this root uses.
-- A table has a row of four words for each edge: see ``ROW_WORDS``.
+- The header is one page: a few words, then where the records are.
+- A record is one state: a root, which names a directory, and then a row of four words for each
+  edge: see ``ROW_WORDS``. The state number ``n`` is the record ``n % RECORDS``.
 - A directory has the names, the parents and the static poses, as JSON: see ``directory``.
 - A block has the samples of one edge: all stamps, all poses, and perhaps a code for each parent.
 
-The writer appends samples behind those that a table counts, or writes another block, table or
+The writer appends samples behind those that a record counts, or writes another block, record or
 directory; then it stores the number of the new state. So nothing that belongs to a state changes
 while it is read, apart from memory that is used again. Before the writer does that, it stores the
 number of the oldest state that is still intact.
@@ -32,18 +31,17 @@ import platform
 import struct
 import sys
 from typing import NamedTuple
-import zlib
 
 from tf_tree_py.core import fork_locks
 
 from .errors import SharedTreeException
 
-MAGIC = int.from_bytes(b'tf_tree2', 'little')
+MAGIC = int.from_bytes(b'tf_tree3', 'little')
 WORD = 8
 PAGE = 4096
 
 # How many states a reader may be behind before what it copies is overwritten.
-ROOTS = 8
+RECORDS = 8
 POSE_BYTES = 56
 _CODE_BYTES = 4
 
@@ -62,7 +60,7 @@ WHY = 6
 # The number of the last state that is more than the one before it with new samples; see ``Root``.
 CHANGED = 7
 
-_ROOTS_AT = 512
+_RECORDS_AT = 64
 WHY_AT = 2048
 
 
@@ -73,11 +71,10 @@ def state_word(state: int) -> int:
 
 class Root(NamedTuple):
     """
-    Where one state is.
+    The words at the beginning of a record.
 
+    :ivar checksum: of all words behind it, with those of the rows.
     :ivar state: its number.
-    :ivar table: the offset of its table, bytes.
-    :ivar rows: the number of its rows.
     :ivar directory: the offset of its directory, bytes.
     :ivar directory_bytes: its length.
     :ivar directory_sum: its checksum.
@@ -86,40 +83,32 @@ class Root(NamedTuple):
         samples: no sample is older than the newest of its edge was, and none at ``steady`` or
         later has expired.
     :ivar steady: that stamp, nanoseconds; it is the same in all states until the next change.
-    :ivar checksum: that of the words above and of the table.
     """
 
+    checksum: int
     state: int
-    table: int
-    rows: int
     directory: int
     directory_bytes: int
     directory_sum: int
     edition: int
     changed: int
     steady: int
-    checksum: int
 
 
-root_struct = struct.Struct('10q')
+ROOT_WORDS = len(Root._fields)
+ROOT_BYTES = WORD * ROOT_WORDS
+_root_struct = struct.Struct(f'{ROOT_WORDS}q')
+write_root = _root_struct.pack_into
 
 
-def root_at(state: int) -> int:
-    """Return the offset of the root of a state, bytes."""
-    return _ROOTS_AT + root_struct.size * (state % ROOTS)
+def root_of(record: bytes) -> Root:
+    """Return the root of a record, which may be too short."""
+    return Root._make(_root_struct.unpack(record[:ROOT_BYTES].ljust(ROOT_BYTES, b'\0')))
 
 
-def root_of(memory: memoryview, state: int) -> tuple[Root, int]:
-    """Return the root of a state, and the checksum of its words but the last."""
-    at = root_at(state)
-    return (Root._make(root_struct.unpack_from(memory, at)),
-            zlib.crc32(memory[at:at + root_struct.size - WORD]))
-
-
-def write_root(memory: memoryview, root: Root, table: bytes) -> None:
-    """Write a root, with its checksum."""
-    words = root_struct.pack(*root)
-    memory[:] = root_struct.pack(*root[:-1], zlib.crc32(table, zlib.crc32(words[:-WORD])))
+def place_of_record(state: int) -> int:
+    """Return which word of the header is the offset of a record; the next one is its length."""
+    return _RECORDS_AT + 2 * (state % RECORDS)
 
 
 # The words of a row, which are zero for a static edge, apart from the last:
@@ -133,6 +122,11 @@ def write_root(memory: memoryview, root: Root, table: bytes) -> None:
 # 3: the index of the last publisher among the names of the directory.
 ROW_WORDS = 4
 row_struct = struct.Struct(f'{ROW_WORDS}q')
+
+
+def row_at(index: int) -> int:
+    """Return where a row is in a record, bytes; that of their number is the size of the record."""
+    return ROOT_BYTES + row_struct.size * index
 
 
 class Block(NamedTuple):

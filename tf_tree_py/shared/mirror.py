@@ -4,12 +4,12 @@
 """
 The lock of a tree that shows that of another process, for those that look up in it.
 
-Nothing is copied but the table: the histories of the tree lie on the memory of the writer; see
-``mirror_tree``. They are those of one state, not older than the newest when the lock is acquired,
-until its release.
+Nothing is copied but a record: the histories of the tree lie on the memory of the writer; see
+``mirror_tree``. They are those of one state, the newest when the lock is acquired, until its
+release.
 
-If there is nothing new but samples, that state is not even looked at before it is needed: a pose
-between samples that are known already is the same.
+A pose between samples that are known already is the same in each state with nothing new but
+samples. So it is returned without a look at the newest state, and without the lock.
 
 What was read may have been overwritten meanwhile, if this process was stopped for long. Then, at
 the release of the lock, the state is no longer intact, and ``LapsedException`` is raised.
@@ -18,10 +18,12 @@ the release of the lock, the state is no longer intact, and ``LapsedException`` 
 from collections.abc import Callable
 from time import monotonic_ns
 from types import TracebackType
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 import zlib
 
 from tf_tree_py.core import fork_locks
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.stamp import LATEST
 
 from . import layout
 from .attachment import Attachment
@@ -30,10 +32,11 @@ from .errors import LapsedException, SharedTreeException
 from .layout import CHANGED, fence, INTACT, ORDERED, STATE
 from .mirror_tree import MirrorTree
 
-# After this time, nanoseconds, the tree is brought up to date although the lock seems to be held:
-# an interrupt may have left the depth too large.
-_ABANDONED = 1_000_000_000
-_CHANGED = 'The shared tree has changed during this lookup: ask again'
+# After this time, nanoseconds, a thread that acquires the lock once more does not go on to use the
+# same state. A keyboard interrupt may have left the depth too large, so it would use it forever.
+_LONGEST_HOLD = 1_000_000_000
+_ENDED = 'The process that shared the tree has ended it during this lookup: ask again'
+_TOO_LONG = 'This lookup has held the lock for so long that its data is old: ask again'
 _LAPSED = ('The memory that this lookup was reading has been used again meanwhile, because this '
            'process was stopped, or is too slow: ask again')
 WhyUnfit = Callable[[Directory], str]
@@ -45,7 +48,7 @@ class Mirror:
 
     The thread that holds it may acquire it again: then the tree stays as it is.
 
-    :cvar attempts: to copy a table; each fails only if the writer writes many states during it.
+    :cvar attempts: to copy a record; each fails only if the writer writes many states during it.
     :ivar plain: the lock itself, for those that do not look into the tree.
     :ivar words: of the header.
     :ivar directory: of the state that is shown.
@@ -53,8 +56,8 @@ class Mirror:
     """
 
     __slots__ = ('plain', 'words', 'directory', 'state', '_acquire', '_release', '_depth',
-                 '_since', '_attachment', '_tree', '_seen', '_shown', '_edition', '_changed',
-                 '_read_state', '_alive_until', '_why_unfit')
+                 '_holds', '_since', '_attachment', '_tree', '_routes', '_shown', '_edition',
+                 '_changed', '_alive_until', '_why_unfit')
 
     attempts = 1_000
 
@@ -71,19 +74,20 @@ class Mirror:
         self._why_unfit = why_unfit
         self.plain = plain
         self._acquire, self._release = self.plain.acquire, self.plain.release
-        self._depth, self._since = 0, 0
+        # How often the thread that holds it has acquired it; and how often it was acquired.
+        self._depth = self._holds = 0
+        self._since = 0
         self._attachment = attachment
         self._tree = tree
         tree.follow(attachment, self)
+        self._routes = tree.paths.routes
         self._begin()
 
     def _begin(self) -> None:
         """Begin with another file."""
-        # The word of the newest state that was seen, and of the state that is shown the word and
-        # the numbers: its own, and those of its directory and its last change.
-        self._seen = self._shown = self.state = self._edition = self._changed = -1
-        # The oldest state that is read with the lock.
-        self._read_state = -1
+        # Of the state that is shown: its word, and the numbers of itself, of its directory, and of
+        # its last change.
+        self._shown = self.state = self._edition = self._changed = -1
         self.words = self._attachment.words
         self._alive_until = 0
         self.directory = Directory()
@@ -98,38 +102,39 @@ class Mirror:
     def look_again(self) -> None:
         """Compare the tree of the writer again with what is needed."""
         with self.plain:
-            self._seen = self._shown = self._edition = self._changed = -1
+            self._shown = self._edition = self._changed = -1
 
     def __enter__(self) -> None:
         self._acquire()
         now = monotonic_ns()
         depth = self._depth
         self._depth = depth + 1
-        if depth and now - self._since < _ABANDONED:
+        if depth:
+            if now - self._since > _LONGEST_HOLD:
+                self._give_up()
             return
+        self._holds += 1
         self._since = now
-        word = self.words[STATE]
-        if (word != self._seen or now > self._alive_until
-                or self.words[INTACT] > self.state):  # the next state is being written
-            # This function is the price of each lookup, so most of them need no other.
-            if not ORDERED:
-                fence()
-            if (now <= self._alive_until and word >= 0 and self.words[CHANGED] == self._changed
-                    and self.words[INTACT] <= self.state):
-                self._seen = word
-            else:
-                try:
-                    self._refresh(now, word)
-                except BaseException:
-                    self._depth = depth
-                    self._release()
-                    raise
-        self._read_state = self.state
+        if self.words[STATE] != self._shown or now > self._alive_until:
+            try:
+                self._refresh(now)
+            except BaseException:
+                self._depth = 0
+                self._release()
+                raise
+
+    def _give_up(self) -> NoReturn:
+        """End all holds of this thread, none of which is to go on; see ``_LONGEST_HOLD``."""
+        self._depth = 0
+        self._release()
+        error = LapsedException(_TOO_LONG)
+        error.is_inside = True
+        raise error
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
-        self._depth = depth = self._depth - 1
-        state, words = self._read_state, self.words
+        self._depth = depth = max(self._depth - 1, 0)
+        state, words = self.state, self.words
         self._release()
         if not ORDERED:
             fence()
@@ -140,94 +145,95 @@ class Mirror:
         if isinstance(error, LapsedException):
             error.is_inside = depth > 0
 
-    def reads(self, state: int) -> bool:
-        """Return whether the memory of an earlier state is intact, for those that now read it."""
-        if self.words[INTACT] > state:
-            return False
-        self._read_state = min(self._read_state, state)
-        return True
+    def known(self, target: str, source: str, stamp: int) -> tuple[int, PoseTuple] | None:
+        """
+        Return a stamp and a pose, without the lock; None if the lock is needed.
 
-    def is_intact(self) -> bool:
-        """Return whether what has been read with the lock is right so far."""
-        fence()
-        return self.words[INTACT] <= self._read_state
+        Another thread may change the tree meanwhile. It holds the lock for that, which is noticed
+        at the end; until then nothing is changed here.
+        """
+        holds, words = self._holds, self.words
+        try:
+            route = self._routes[target, source]
+        except (KeyError, TypeError):  # TypeError: not hashable
+            return None
+        state = route.state
+        if self._depth or monotonic_ns() > self._alive_until or words[CHANGED] != self._changed:
+            return None
+        if stamp == LATEST:
+            if words[STATE] != self._shown or state != self.state:
+                return None
+        elif not route.begin <= stamp < route.end or words[STATE] < 0:
+            return None
+        if not ORDERED:
+            fence()
+        try:
+            if stamp == LATEST:
+                stamp = route.path.latest_common_time()
+            pose = route.path.pose_at(stamp)
+        except Exception:  # noqa: B902 - whatever a change brings about
+            return None
+        if not ORDERED:
+            fence()
+        return None if words[INTACT] > state or holds != self._holds else (stamp, pose)
 
     # --- a new state
 
-    def _refresh(self, now: int, word: int) -> None:
+    def _refresh(self, now: int) -> None:
         """
         Look for a writer, and show its newest state.
 
         :param now: nanoseconds of the monotonic clock.
-        :param word: of the state.
         :raises SharedTreeException: there is no writer any more, or the file is damaged.
         """
-        lapsed = self._depth > 1 and self.words[INTACT] > self._read_state
-        if now > self._alive_until or word < 0:
+        if self.words[INTACT] > self.state:
+            self._tree.paths.forget()  # what was found out about a path may be wrong
+        if now > self._alive_until or self.words[STATE] < 0:
             self._attachment.check()
             if self.words is not self._attachment.words:
                 self._begin()
             self._alive_until = self._attachment.alive_until
         if self.words[STATE] != self._shown:
-            self._take_over(self._newest())
-        if lapsed:  # so what the outer hold has read is not believed
-            error = LapsedException(_LAPSED)
-            error.is_inside = True
-            raise error
+            self._show_newest()
 
-    def catch_up(self) -> None:
-        """
-        Show the newest state, if it is not shown yet, and has nothing new but samples.
-
-        :raises LapsedException: it has, so what the lock's holder already knows is out of date.
-        :raises SharedTreeException: it cannot be read.
-        """
-        if self._seen == self._shown:
-            return
+    def _show_newest(self) -> None:
         found = self._newest()
-        if found.root.changed != self._changed:
-            self._since = -_ABANDONED  # an interrupt may have left this hold
-            raise LapsedException(_CHANGED)
-        self._take_over(found)
+        root = found.root
+        try:
+            if found.text is not None:
+                self._show(from_bytes(found.text))
+            self._tree.use(found.record, root)
+        except (IndexError, ValueError) as error:
+            raise self._attachment.damaged(str(error)) from error
+        self._edition, self._changed = root.edition, root.changed
+        self._shown, self.state = found.word, root.state
 
     def _newest(self) -> '_Found':
         for _ in range(self.attempts):
             word = self.words[STATE]
             if word < 0:
-                raise LapsedException(_CHANGED)  # it has ended, as the next check says
+                raise LapsedException(_ENDED)  # the next check says why
             state = word >> 16
             if word != layout.state_word(state):
                 raise self._attachment.damaged('the number of its state is wrong')
             fence()
-            root, checksum = layout.root_of(self._attachment.memory, state)
-            table = self._read(root.table, layout.row_struct.size * root.rows)
+            place = layout.place_of_record(state)
+            record = self._read(self.words[place], self.words[place + 1])
+            root = layout.root_of(record)
             text = (self._read(root.directory, root.directory_bytes)
                     if root.edition != self._edition else None)
             fence()
-            if ((self.words[STATE] >> 16) - state < layout.ROOTS - 2
+            if ((self.words[STATE] >> 16) - state < layout.RECORDS - 2
                     and self.words[INTACT] <= state):
                 break
         else:
             raise SharedTreeException(
                 f'The shared tree changed during each of {self.attempts} attempts to read it, '
                 'because this process was stopped, or is too slow: ask again')
-        if (root.state != state or root.checksum != zlib.crc32(table, checksum)
+        if (root.state != state or root.checksum != zlib.crc32(record[layout.WORD:])
                 or text is not None and root.directory_sum != zlib.crc32(text)):
             raise self._attachment.damaged('a checksum is wrong')
-        return _Found(word, root, table, text)
-
-    def _take_over(self, found: '_Found') -> None:
-        """Show a state whose checksums are right."""
-        root = found.root
-        try:
-            if found.text is not None:
-                self._show(from_bytes(found.text))
-            self._tree.use(found.table, root)
-        except (IndexError, ValueError) as error:
-            raise self._attachment.damaged(str(error)) from error
-        self._edition, self._changed = root.edition, root.changed
-        self._seen = self._shown = found.word
-        self.state = root.state
+        return _Found(word, root, record, text)
 
     def _show(self, directory: Directory) -> None:
         self.directory = directory
@@ -253,5 +259,5 @@ class _Found(NamedTuple):
 
     word: int
     root: layout.Root
-    table: bytes
+    record: bytes
     text: bytes | None

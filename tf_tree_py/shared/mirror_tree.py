@@ -4,16 +4,17 @@
 """
 The tree of another process, edge by edge.
 
-A new state only replaces the table here. An edge is made to lie on the samples of its row when its
-history is taken out of ``histories``, or found on a path: most lookups need few edges of a tree.
-All of this is done with the lock of the tree; see ``mirror``.
+A new state only replaces the record here. An edge is made to lie on the samples of its row when
+its history is taken out of ``histories``, or found on a path: most lookups need few edges of a
+tree. All of this is done with the lock of the tree; but ``routes`` are also read without it. See
+``mirror``.
 """
 
 from array import array
 from bisect import bisect_left
 from collections.abc import ItemsView, Iterable, ValuesView
-from types import TracebackType
-from typing import NoReturn, Protocol, TypeVar
+from contextlib import AbstractContextManager
+from typing import NoReturn, TypeVar
 
 from tf_tree_py.core.edges.packed import Columns, POSE_FLOATS
 from tf_tree_py.core.edges.protocol import History
@@ -40,37 +41,11 @@ _unpack_row = layout.row_struct.unpack_from
 _Companion = TypeVar('_Companion', bound=Companion)
 
 
-class Lock(Protocol):
-    """
-    What a tree needs of its lock; see ``Mirror``.
-
-    :ivar state: the number of the state that is shown.
-    """
-
-    state: int
-
-    def __enter__(self) -> None:
-        """Acquire it."""
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
-        """Release it."""
-
-    def reads(self, state: int) -> bool:
-        """Return whether the memory of an earlier state is intact, for those that now read it."""
-
-    def is_intact(self) -> bool:
-        """Return whether what has been read with the lock is right so far."""
-
-    def catch_up(self) -> None:
-        """Show the newest state, if it is not shown yet."""
-
-
 class _Edge:
     """
     An edge, and where its samples are.
 
-    :ivar at: where its row is in the table, bytes.
+    :ivar at: where its row is in the record, bytes.
     :ivar row: that of the state that is shown; see ``layout.ROW_WORDS``.
     :ivar size: that of its row, if new samples are only added in its block; otherwise -1, and the
         attributes below have no meaning.
@@ -91,12 +66,12 @@ class _Edge:
 class _Histories(dict[str, History]):
     """The histories by child frame; those that are taken out are those of the newest state."""
 
-    def __init__(self, attachment: Attachment, lock: Lock) -> None:
+    def __init__(self, attachment: Attachment) -> None:
         super().__init__()
-        self._attachment, self._lock = attachment, lock
+        self._attachment = attachment
         self._edges: dict[str, _Edge] = {}
         self._directory = Directory()
-        self._table, self._steady = b'', BEGINNING
+        self._record, self._steady = b'', BEGINNING
 
     def replace(self, directory: Directory) -> None:
         """Replace all edges by those of a directory, still without samples."""
@@ -104,20 +79,20 @@ class _Histories(dict[str, History]):
         self._directory = directory
         for entry in directory.edges:
             self[entry.child] = _history_of(entry, directory.cache_time)
-        self._edges = {entry.child: _Edge(entry, history, layout.row_struct.size * index)
+        self._edges = {entry.child: _Edge(entry, history, layout.row_at(index))
                        for index, (entry, history) in enumerate(
                            zip(directory.edges, super().values(), strict=True))}
 
-    def use(self, table: bytes, steady: int) -> None:
+    def use(self, record: bytes, steady: int) -> None:
         """
-        Use the table of a new state.
+        Use the record of a new state.
 
         :param steady: see ``layout.Root``.
-        :raises ValueError: the table does not fit the directory.
+        :raises ValueError: it does not fit the directory.
         """
-        if len(table) != layout.row_struct.size * len(self):
-            raise ValueError('the table does not fit the directory')
-        self._table, self._steady = table, steady
+        if len(record) != layout.row_at(len(self)):
+            raise ValueError('the rows do not fit the directory')
+        self._record, self._steady = record, steady
 
     def edges_of(self, path: Path) -> list[_Edge]:
         """Return the moving edges of a path."""
@@ -141,12 +116,11 @@ class _Histories(dict[str, History]):
 
         :raises SharedTreeException: the file is damaged.
         """
-        self._lock.catch_up()
-        table, names = self._table, self._directory.names
+        record, names = self._record, self._directory.names
         cache_time = self._directory.cache_time
         try:
             for edge in edges:
-                row = _unpack_row(table, edge.at)
+                row = _unpack_row(record, edge.at)
                 if row == edge.row:
                     continue
                 offset, size, samples, authority = row
@@ -234,7 +208,7 @@ class _Route:
     :ivar edges: those that move.
     :ivar begin: the first of the stamps.
     :ivar end: the one after the last.
-    :ivar state: the number of the state whose samples the edges lie on.
+    :ivar state: the number of the state whose samples the edges lie on, or of one before it.
     """
 
     __slots__ = ('path', 'edges', 'begin', 'end', 'state')
@@ -251,59 +225,42 @@ class _Route:
 
 
 class _Paths(PathFinder):
-    """Finds paths; those in ``_paths`` have edges as of the newest state."""
+    """
+    Finds paths; those in ``_paths`` have edges as of the newest state.
+
+    :ivar routes: all paths that were found since the last change, unless they depend on the stamp.
+    """
 
     _histories: _Histories
 
-    def __init__(self, histories: _Histories, frames: dict[str, None], lock: Lock) -> None:
+    def __init__(self, histories: _Histories, frames: dict[str, None]) -> None:
         super().__init__(histories, frames)
-        self._lock = lock
-        self._routes: dict[tuple[str, str], _Route | None] = {}
+        self.routes: dict[tuple[str, str], _Route] = {}
+        self._state = -1
 
     def forget(self) -> None:
         """Remove all cached paths, because the tree has changed."""
         super().forget()
-        self._routes.clear()
+        self.routes.clear()
 
-    def use_new_state(self) -> None:
-        """Bring the edges of each path up to date when it is used next."""
+    def use(self, state: int) -> None:
+        """Bring the edges of each path up to a state when it is used next."""
+        self._state = state
         self._paths.clear()
 
-    def pose_at(self, target: str, source: str, stamp: int,
-                path: Path | None = None) -> PoseTuple:
-        """Return a pose, perhaps without a look at the newest state; see ``PathFinder``."""
-        try:
-            route = self._routes[target, source]
-        except (KeyError, TypeError):  # TypeError: not hashable
-            route = None
-        if (route is not None and route.begin <= stamp < route.end
-                and (route.state == self._lock.state or self._lock.reads(route.state))):
-            return route.path.pose_at(stamp)
-        return super().pose_at(target, source, stamp, path)
-
-    def fixed_path(self, target: str, source: str) -> Path | None:
-        """Return a path whose edges are as of the newest state; see ``PathFinder``."""
-        self._lock.catch_up()
-        return super().fixed_path(target, source)
-
     def _find_fixed_path(self, target: str, source: str) -> Path | None:
-        try:
-            route = self._routes[target, source]
-        except KeyError:
-            path = super()._find_fixed_path(target, source)
-            route = None
-            if path is not None:
-                edges = self._histories.edges_of(path)
-                begin = self._histories.begin_of(edges)
-                route = _Route(path, edges, begin if self._lock.is_intact() else FOREVER)
-            if len(self._routes) >= MAX_PATHS:
-                self._routes.clear()
-            self._routes[target, source] = route
+        route = self.routes.get((target, source))
         if route is None:
-            self._paths[target, source] = None
-            return None
+            path = super()._find_fixed_path(target, source)
+            if path is None or target == source:  # its latest stamp is that of the frame's edge
+                return path
+            edges = self._histories.edges_of(path)
+            route = _Route(path, edges, self._histories.begin_of(edges))
+            if len(self.routes) >= MAX_PATHS:
+                self.routes.clear()
+            self.routes[target, source] = route
         self._histories.bring_up(route.edges)
-        route.use(self._lock.state)
+        route.use(self._state)
         self._paths[target, source] = route.path
         return route.path
 
@@ -330,7 +287,7 @@ class MirrorTree(Tree):
     histories: _Histories
     paths: _Paths
 
-    def follow(self, attachment: Attachment, lock: Lock) -> None:
+    def follow(self, attachment: Attachment, lock: AbstractContextManager[None]) -> None:
         """
         Show the tree of another process from now on; this one has no frames yet.
 
@@ -338,8 +295,8 @@ class MirrorTree(Tree):
         """
         self._lock, self._changed = lock, -1
         when_empty = self.paths.when_empty
-        self.histories = _Histories(attachment, lock)
-        self.paths = _Paths(self.histories, self.frames, lock)
+        self.histories = _Histories(attachment)
+        self.paths = _Paths(self.histories, self.frames)
         self.paths.when_empty = when_empty
         self.spanning = _Spanning(self.histories, self.paths)
 
@@ -351,17 +308,16 @@ class MirrorTree(Tree):
         self.frames.update(dict.fromkeys(directory.frames))
         self._structure_changed()
 
-    def use(self, table: bytes, root: layout.Root) -> None:
+    def use(self, record: bytes, root: layout.Root) -> None:
         """
-        Show the samples of a table from now on.
+        Show the samples of a record from now on.
 
         :raises ValueError: it does not fit the directory.
         """
-        self.histories.use(table, root.steady)
-        if root.changed == self._changed:
-            self.paths.use_new_state()
-        else:
+        self.histories.use(record, root.steady)
+        if root.changed != self._changed:
             self.paths.forget()
+        self.paths.use(root.state)
         self._changed = root.changed
 
     def complete(self, error: TransformException, target_frame: str,

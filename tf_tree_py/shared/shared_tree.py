@@ -56,19 +56,19 @@ def _asking_again(method: _Method) -> _Method:
     return cast(_Method, ask)
 
 
-def _looking_up_again(lookup: _Lookup) -> _Lookup:
-    """Return the same for ``lookup_stamped``, of which any arguments would cost a tenth."""
+def _looking_up(lookup: _Lookup) -> _Lookup:
+    """Return ``lookup_stamped``, which returns what is known without the lock; see ``mirror``."""
     again = _asking_again(lookup)
 
     @functools.wraps(lookup)
-    def lookup_stamped(self: object, target_frame: str, source_frame: str,
+    def lookup_stamped(self: Any, target_frame: str, source_frame: str,
                        stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
-        try:
-            return lookup(self, target_frame, source_frame, stamp)
-        except LapsedException as lapsed:
-            if lapsed.is_inside:
-                raise
-            return again(self, target_frame, source_frame, stamp)
+        if type(stamp) is int and not self.observers.of_lookups:
+            found: tuple[int, PoseTuple] | None = self._lock.known(
+                target_frame, source_frame, stamp)
+            if found is not None:
+                return found
+        return again(self, target_frame, source_frame, stamp)
     return lookup_stamped
 
 
@@ -92,8 +92,9 @@ def _asking(cls: type[BufferCore]) -> dict[str, Any]:
         if any(_takes_lock(method.__code__) for method in found
                if method.__module__.startswith('tf_tree_py.')):
             methods[name] = _asking_again(found[0])
-    if cls.lookup_stamped is BufferCore.lookup_stamped:
-        methods['lookup_stamped'] = _looking_up_again(cls.lookup_stamped)
+    # That of a program may do more than look up.
+    if cls.lookup_stamped.__module__.startswith('tf_tree_py.'):
+        methods['lookup_stamped'] = _looking_up(cls.lookup_stamped)
     return methods
 
 
@@ -122,10 +123,10 @@ def attach(buffer: BufferCore, attachment: Attachment,
     with waiting.lock:
         if tree.frames:
             raise SharedTreeException('this buffer has transforms of its own')
-        buffer.__class__, tree.__class__ = _that_asks_again(type(buffer)), MirrorTree
-        waiting.__class__ = SharedWaiting
+        tree.__class__, waiting.__class__ = MirrorTree, SharedWaiting
         assert isinstance(tree, MirrorTree) and isinstance(waiting, SharedWaiting)
         buffer._lock = mirror = Mirror(attachment, tree, cast(Any, waiting.lock), why_unfit)
+        buffer.__class__ = _that_asks_again(type(buffer))  # which looks for that lock
         with suppress(SharedTreeException), mirror:  # the next lookup raises it
             pass
         waiting.follow(mirror, tree, on_thread)

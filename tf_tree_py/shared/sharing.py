@@ -29,7 +29,17 @@ from .block_samples import BlockSamples
 from .directory import directory_of, Failures, Reception
 from .errors import SharedTreeException
 from .futex import Futex
-from .layout import CHANGED, fence, ROW_WORDS, STATE
+from .layout import (
+    CHANGED,
+    fence,
+    place_of_record,
+    RECORDS,
+    ROOT_BYTES,
+    ROOT_WORDS,
+    ROW_WORDS,
+    STATE,
+    WORD,
+)
 from .memory import Memory
 from .place import hold, Place
 
@@ -84,11 +94,10 @@ class PublishingLock:
 
 
 class _Slot(NamedTuple):
-    """The memory of every eighth root and table."""
+    """The memory of every eighth record."""
 
-    root: memoryview
     offset: int
-    table: memoryview
+    memory: memoryview
 
 
 class Sharing(Closable):
@@ -113,9 +122,12 @@ class Sharing(Closable):
         # What the newest state contains.
         self._version, self._written_names, self._all_have_blocks = -1, 0, True
         self._failure, self._failures = waiting.failure, Failures()
-        self._rows = array('q')
-        self._table, self._table_rows = b'', -1
         self._slots: list[_Slot] = []
+        self._slot_bytes = 0
+        # The next record, as words; and as bytes: all, those of its checksum, and its rows.
+        self._record = memoryview(array('q'))
+        self._bytes = self._summed = self._rows = memoryview(b'')
+        self._written_rows, self._is_news = b'', True
         self._directory, self._edition = b'', 0
         self._changed, self._steady = 0, BEGINNING
         self._blocks = 0
@@ -194,65 +206,69 @@ class Sharing(Closable):
         if self.over.is_set():
             return
         try:
-            changed = self._renew_rows()
-            table = self._rows.tobytes()
-            if changed or table != self._table:
-                self._write_state(table, changed)
+            self._renew_rows()
+            rows = self._rows.tobytes()
+            if not self.over.is_set() and (self._is_news or rows != self._written_rows):
+                self._write_state()
+                self._written_rows, self._is_news = rows, False
         except Exception as error:  # noqa: B902 - half a state must not be completed
             self._end(f'{error}' or repr(error))
 
-    def _write_state(self, table: bytes, changed: bool) -> None:
-        memory = self._memory
+    def _write_state(self) -> None:
+        memory, words = self._memory, self._memory.words
         state = memory.state + 1
-        if self._is_change(changed):
-            self._changed = state
-        slot = self._slots[state % layout.ROOTS]
-        slot.table[:len(table)] = table
-        layout.write_root(slot.root, layout.Root(
-            state, slot.offset, len(self._histories), *self._directory_facts, self._edition,
-            self._changed, self._steady, 0), table)
-        memory.words[CHANGED] = self._changed
+        if self._is_news or self._expired() > self._steady:
+            self._is_news, self._changed = True, state
+            self._steady = self._expired() + self._tree.cache_time // _STEADY_PARTS
+        layout.write_root(self._bytes, 0, 0, state, *self._directory_facts, self._edition,
+                          self._changed, self._steady)
+        self._record[0] = zlib.crc32(self._summed)
+        slot, size, place = self._slots[state % RECORDS], len(self._bytes), place_of_record(state)
+        slot.memory[:size] = self._bytes
+        words[place], words[place + 1] = slot.offset, size
+        words[CHANGED] = self._changed
         fence()
         memory.state = state
-        memory.words[STATE] = layout.state_word(state)
+        words[STATE] = layout.state_word(state)
         self._futex.wake_all()
-        self._table = table
 
-    def _is_change(self, changed: bool) -> bool:
-        """Return whether a state is more than new samples, or needs another steady stamp."""
+    def _expired(self) -> int:
+        """Return the first stamp for which no sample of any edge has expired."""
         newest = max((history.newest_stamp for history in self._moving
                       if history.newest_stamp is not None), default=BEGINNING)
-        expired = max(newest - self._tree.cache_time, BEGINNING)
-        if not changed and expired <= self._steady:
-            return False
-        self._steady = expired + self._tree.cache_time // _STEADY_PARTS
-        return True
+        return max(newest - self._tree.cache_time, BEGINNING)
 
-    def _renew_rows(self) -> bool:
-        """Bring the rows up to date; return whether there is more than new samples."""
+    def _renew_rows(self) -> None:
+        """
+        Bring the rows, and what else belongs to a state, up to date.
+
+        A keyboard interrupt may end it anywhere; then the next call does what is left.
+        """
         tree = self._tree
         structure = tree.version != self._version
         if structure:
+            self._is_news = True
             self._assign_rows(list(tree.histories.values()))
         authorities = [history.authority for history in self._histories]
         if structure or authorities != self._authorities:
+            self._record[ROOT_WORDS + 3::ROW_WORDS] = array('q', map(self.code, authorities))
             self._authorities = authorities
-            self._rows[3::ROW_WORDS] = array('q', map(self.code, authorities))
         failure = self._waiting.failure
         if (not structure and self._all_have_blocks and failure is self._failure
                 and self._written_names == len(self._names)):
-            return False
+            return
+        self._is_news = True
         if failure is not self._failure:
-            self._failure = failure
             self._failures = Failures(self._failures.number + 1, str(failure))
+            self._failure = failure
         for history in self._moving:
-            # There may be no memory for the one before.
-            if history.block is None and not self.over.is_set():
+            if history.block is None:
                 history.settle()
+                if self.over.is_set():  # there is no memory
+                    return
+        self._write_directory()
         self._version, self._all_have_blocks = tree.version, True
         self._written_names = len(self._names)
-        self._write_directory()
-        return True
 
     def _assign_rows(self, histories: list[History]) -> None:
         """Give each edge a row, and take the blocks of those that are gone."""
@@ -261,25 +277,30 @@ class Sharing(Closable):
                 history.release()
         self._histories = histories
         self._moving = [history for history in histories if isinstance(history, BlockSamples)]
-        self._rows = array('q', [0]) * (ROW_WORDS * len(histories))
+        record = array('q', bytes(layout.row_at(len(histories))))
         for index, history in enumerate(histories):
             if isinstance(history, BlockSamples):
                 history.place_in(self)
-                history.use_row(self._rows, index)
-        if len(histories) > self._table_rows:
-            self._make_tables(len(histories) + len(histories) // 2 + 8)
+                history.use_row(record, index)
+        self._use_record(record)
 
-    def _make_tables(self, rows: int) -> None:
-        row = ROW_WORDS * layout.WORD
+    def _use_record(self, record: 'array[int]') -> None:
+        """Write this record from now on."""
+        self._record, self._written_rows = memoryview(record), b''
+        self._bytes = self._record.cast('B')
+        self._summed = self._bytes[WORD:]
+        self._rows = self._bytes[ROOT_BYTES:]
+        if len(self._bytes) > self._slot_bytes:
+            self._make_slots(2 * len(self._bytes))
+
+    def _make_slots(self, size: int) -> None:
         for slot in self._slots:
-            self._memory.retire(slot.offset, len(slot.table))
+            self._memory.retire(slot.offset, len(slot.memory))
         self._slots.clear()
-        for number in range(layout.ROOTS):
-            offset = self._memory.allocate(row * rows)
-            self._slots.append(_Slot(
-                self._memory.view(layout.root_at(number), layout.root_struct.size), offset,
-                self._memory.view(offset, row * rows)))
-        self._table_rows = rows
+        for _ in range(RECORDS):
+            offset = self._memory.allocate(size)
+            self._slots.append(_Slot(offset, self._memory.view(offset, size)))
+        self._slot_bytes = size
 
     def _write_directory(self) -> None:
         """Write the directory if it has changed."""
@@ -290,11 +311,12 @@ class Sharing(Closable):
         memory, size = self._memory, len(directory)
         offset = memory.allocate(size)
         memory.view(offset, size)[:] = directory
-        if self._directory:
-            memory.retire(*self._directory_facts[:2])
-        self._directory = directory
+        before = self._directory_facts
         self._directory_facts = offset, size, zlib.crc32(directory)
         self._edition += 1
+        self._directory = directory
+        if before[1]:
+            memory.retire(*before[:2])
 
     # --- blocks
 
