@@ -124,6 +124,8 @@ def test_hold_that_a_keyboard_interrupt_left_ends_by_itself(writer, reading, mon
     monkeypatch.setattr(mirror_module, 'monotonic_ns', lambda: later)
     with pytest.raises(LapsedException), mirror:
         pytest.fail('this state is old')
+    with pytest.raises(LapsedException), mirror:  # it may be in a hold that was given up
+        pass
     with mirror:
         assert len(tree.histories['a']) == before + 1
 

@@ -27,9 +27,9 @@ CHANGES_MEANWHILE = {name: CHANGES[name] for name in (
 @pytest.mark.parametrize('stamp', [0, STAMPS[-3] + 1], ids=['latest', 'known'])
 @pytest.mark.parametrize('change', CHANGES_MEANWHILE.values(), ids=CHANGES_MEANWHILE)
 def test_another_thread_changes_the_tree_meanwhile(pair, monkeypatch, change, stamp):
-    """The pose is that of before, or of after: the edges do not change under it."""
+    """The lookup is asked again with the lock, because the edges may have changed under it."""
     buffer, tree = pair
-    before = tree.lookup('map', 'base', stamp)
+    tree.lookup('map', 'base', stamp)
     pose_at, asked = Path.pose_at, []
 
     def changing(path, at):
@@ -44,8 +44,7 @@ def test_another_thread_changes_the_tree_meanwhile(pair, monkeypatch, change, st
         monkeypatch.setattr(Path, 'pose_at', changing)
         found = answer(tree, 'map', 'base', stamp)
     monkeypatch.undo()
-    assert found in (before, answer(buffer, 'map', 'base', stamp))
-    assert found == answer(buffer, 'map', 'base', stamp)  # it was looked up again, with the lock
+    assert found == answer(buffer, 'map', 'base', stamp)
 
 
 @pytest.mark.parametrize('stamp', [0, STAMPS[-3] + 1], ids=['latest', 'known'])
@@ -98,7 +97,6 @@ def test_latest_stamp_of_a_frame_in_itself_is_that_of_its_edge(pair):
     for stamp in NEWEST + STEP, NEWEST + 2 * STEP:
         insert_all(buffer, stamp)
         for frame in 'map', 'base', 'camera':
-            tree.latest_common_time(frame, frame)
             for asked in 0, NEWEST - MS, NEWEST - MS:
                 assert tree.lookup_stamped(frame, frame, asked) == buffer.lookup_stamped(
                     frame, frame, asked)

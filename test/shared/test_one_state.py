@@ -7,6 +7,9 @@ A hold of the lock shows one state, and what was read is believed only if it is 
 The memory is used again, a hold takes long, or the writer ends meanwhile.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+
 from known_trees import (
     answer,
     answers,
@@ -19,8 +22,10 @@ from known_trees import (
     STAMPS,
     STEP,
 )
+from programs import PATIENCE_S
 import pytest
 from sharing_trees import error_of
+from tf_tree_py import TransformException
 from tf_tree_py.core.tree.path import Path
 from tf_tree_py.shared import layout, mirror, mirror_tree, sharing
 from tf_tree_py.shared.errors import LapsedException, SharedTreeException
@@ -134,10 +139,12 @@ def test_lookup_in_a_lookup_does_not_ask_again(pair, monkeypatch):
     assert tree.lookup('map', 'base') == buffer.lookup('map', 'base')
 
 
-def test_lookup_that_was_stopped_for_long_is_asked_again(pair, monkeypatch):
+@pytest.mark.parametrize('first_stamp', [STAMPS[-3] + MS, NEWEST + 5 * STEP],
+                         ids=['first_half_has_data', 'first_half_has_none'])
+def test_lookup_that_was_stopped_for_long_is_asked_again(pair, monkeypatch, first_stamp):
     """Its second half would otherwise be answered by a state that is old, or by another one."""
     buffer, tree = pair
-    question = 'odom', NEWEST, 'base', STAMPS[-3] + MS, 'map'
+    question = 'odom', NEWEST, 'base', first_stamp, 'map'
     pose_at, asked = Path.pose_at, []
 
     def slow(path, stamp):
@@ -150,10 +157,32 @@ def test_lookup_that_was_stopped_for_long_is_asked_again(pair, monkeypatch):
             monkeypatch.undo()
         return pose_at(path, stamp)
 
+    def outcome(of):
+        try:
+            return of.lookup_full(*question)
+        except TransformException as error:
+            return str(error), error.blocked_on
+
     monkeypatch.setattr(Path, 'pose_at', slow)
-    found = tree.lookup_full(*question)
-    assert found == buffer.lookup_full(*question)
-    assert asked == [STAMPS[-3] + MS] * 2
+    found = outcome(tree)
+    assert found == outcome(buffer)
+    assert asked == [first_stamp] * 2
+
+
+def test_holds_that_were_given_up_all_end(pair, monkeypatch):
+    """None of them asks again inside of another, and the lock is free afterwards."""
+    buffer, tree = pair
+    with pytest.raises(LapsedException) as given_up, tree.mirror, suppress(
+            LapsedException), tree.mirror:
+        monkeypatch.setattr(mirror, 'monotonic_ns', lambda: tree.words[BEAT] + 2 * 10 ** 9)
+        with pytest.raises(LapsedException) as inside:
+            tree.lookup('map', 'base')
+        assert inside.value.is_inside
+        monkeypatch.undo()
+    assert not given_up.value.is_inside
+    insert_all(buffer, NEWEST + STEP)
+    with ThreadPoolExecutor() as pool:
+        assert pool.submit(answers, tree).result(PATIENCE_S) == answers(buffer)
 
 
 def test_interrupted_lookup_does_not_stop_others(pair, monkeypatch):
@@ -219,16 +248,17 @@ def test_interrupted_writer_completes_the_state_later(pair, monkeypatch, change,
 
 
 def test_there_is_no_new_state_after_the_end(pair, monkeypatch):
-    """A block is refused in the middle of a state; what comes after it would find memory."""
+    """A block is refused in the middle of a state, and nothing else is asked for."""
     buffer, tree = pair
-    allocate = Memory.allocate
+    asked = []
 
-    def refused(memory, size):
-        monkeypatch.setattr(Memory, 'allocate', allocate)
+    def refused(_, size):
+        asked.append(size)
         raise SharedTreeException('there is no memory left')
 
     monkeypatch.setattr(Memory, 'allocate', refused)
-    buffer.insert('odom', 'base', STAMPS[-3] + MS, pose_of(0))
+    insert(buffer, NEWEST + STEP, 'map')  # which also needs another directory
+    assert len(asked) == 1
     assert tree.sharing.over.is_set()
     assert tree.words[STATE] == -1
     for stamp in 0, STAMPS[-3] + MS, STAMPS[5]:

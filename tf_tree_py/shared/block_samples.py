@@ -56,7 +56,7 @@ class BlockSamples(Samples):
     """
 
     __slots__ = ('_blocks', 'block', '_first', '_count', '_own_stamps', '_own_poses', '_record',
-                 '_at', '_at_samples', '_room', '_in_stamps', '_in_poses')
+                 '_at', '_at_samples', '_at_authority', '_room', '_in_stamps', '_in_poses')
 
     def __init__(self, child: str, cache_time: int, authority: str = '',
                  interpolation: Interpolation = LINEAR) -> None:
@@ -65,7 +65,7 @@ class BlockSamples(Samples):
         # The samples are those from the first to the count in the block; those before are expired.
         self._first = self._count = 0
         self._record = array('q')
-        self._at, self._at_samples = 0, 2
+        self._at, self._at_samples, self._at_authority = 0, 2, 3
         self._in_stamps = self._in_poses = _NO_MEMORY
         super().__init__(child, cache_time, authority, interpolation)
 
@@ -87,7 +87,7 @@ class BlockSamples(Samples):
     def use_row(self, record: 'array[int]', index: int) -> None:
         """Write the row with this index from now on."""
         self._record, self._at = record, row_at(index) // WORD
-        self._at_samples = self._at + 2
+        self._at_samples, self._at_authority = self._at + 2, self._at + 3
         self._write_row()
 
     # --- memory
@@ -116,9 +116,9 @@ class BlockSamples(Samples):
     def thaw(self) -> None:
         """Copy the samples to memory of this process, where anything can be changed."""
         if self.block is not None:
-            stamps, poses = array('q', self.stamps.tobytes()), array('d', self.poses.tobytes())
+            self._own_stamps = array('q', self.stamps.tobytes())
+            self._own_poses = array('d', self.poses.tobytes())
             self.release()
-            self._own_stamps, self._own_poses = stamps, poses
 
     def leave(self) -> None:
         """Use no blocks any more."""
@@ -129,9 +129,9 @@ class BlockSamples(Samples):
         """Give up the block, and its samples."""
         if self.block is not None:
             assert self._blocks is not None
-            self._blocks.retire_block(self.block)
-            self.block = None
             self._blocks.note()
+            block, self.block = self.block, None  # an interrupt must not let it be retired twice
+            self._blocks.retire_block(block)
 
     def settle(self) -> bool:
         """
@@ -143,22 +143,23 @@ class BlockSamples(Samples):
         if not self.coded:  # or else expired samples decide when the others lose their codes
             self._drop(self.first())
         stamps, poses, count = self.stamps, self.poses, len(self.stamps)
-        old = self.block
-        if count:
-            block = self._blocks.new_block(self._capacity(), self.coded)
-            if block is None:
-                return False
-            block.stamps[:count] = memoryview(stamps)
-            block.poses[:POSE_BYTES * count] = memoryview(poses).cast('B')
-            if self.parents is not None:
-                block.codes[:count] = memoryview(array('I', map(self._blocks.code, self.parents)))
-            self.block, self._first, self._count = block, 0, count
-            self._in_stamps, self._in_poses = block.stamps, block.poses
-            self._room = self._room_in(block.capacity)
-        self._write_row()
+        if not count:
+            return False
+        block, old = self._blocks.new_block(self._capacity(), self.coded), self.block
+        if block is None:
+            return False
+        block.stamps[:count] = memoryview(stamps)
+        block.poses[:POSE_BYTES * count] = memoryview(poses).cast('B')
+        if self.parents is not None:
+            block.codes[:count] = memoryview(array('I', map(self._blocks.code, self.parents)))
+        room, row = self._room_in(block.capacity), self._row_of(block, count)
+        # An interrupt comes at a call: not between these lines.
+        self._record[self._at:self._at_authority] = row
+        self.block, self._first, self._count, self._room = block, 0, count, room
+        self._in_stamps, self._in_poses = block.stamps, block.poses
         if old is not None:
             self._blocks.retire_block(old)
-        return self.block is not None
+        return True
 
     def _capacity(self) -> int:
         """
@@ -195,14 +196,14 @@ class BlockSamples(Samples):
         return count + max(ahead * (count - 1) // span, 1) if ahead > 0 else capacity
 
     def _write_row(self) -> None:
-        block = self.block
+        self._record[self._at:self._at_authority] = self._row_of(self.block, self._count)
+
+    def _row_of(self, block: Block | None, count: int) -> 'array[int]':
+        """Return the words of a row but the last, which is not written here."""
         if block is None:
-            row = 0, 0, 0
-        else:
-            usual = (BEGINNING if self._count < 2 else
-                     block.stamps[self._count - 2] - self.cache_time)
-            row = block.offset, block.size, 2 * self._count + (self._horizon != usual)
-        self._record[self._at:self._at + 3] = array('q', row)
+            return array('q', (0, 0, 0))
+        usual = BEGINNING if count < 2 else block.stamps[count - 2] - self.cache_time
+        return array('q', (block.offset, block.size, 2 * count + (self._horizon != usual)))
 
     # --- the next sample, in place
 

@@ -56,8 +56,8 @@ class Mirror:
     """
 
     __slots__ = ('plain', 'words', 'directory', 'state', '_acquire', '_release', '_depth',
-                 '_holds', '_since', '_attachment', '_tree', '_routes', '_shown', '_edition',
-                 '_changed', '_alive_until', '_why_unfit')
+                 '_holds', '_since', '_is_void', '_attachment', '_tree', '_routes', '_shown',
+                 '_edition', '_changed', '_alive_until', '_why_unfit')
 
     attempts = 1_000
 
@@ -76,7 +76,8 @@ class Mirror:
         self._acquire, self._release = self.plain.acquire, self.plain.release
         # How often the thread that holds it has acquired it; and how often it was acquired.
         self._depth = self._holds = 0
-        self._since = 0
+        # When that was; and whether its holds were given up, so that no answer of them is right.
+        self._since, self._is_void = 0, False
         self._attachment = attachment
         self._tree = tree
         tree.follow(attachment, self)
@@ -109,10 +110,11 @@ class Mirror:
         now = monotonic_ns()
         depth = self._depth
         self._depth = depth + 1
-        if depth:
+        if depth and not self._is_void:
             if now - self._since > _LONGEST_HOLD:
-                self._give_up()
+                self._give_up(depth)
             return
+        self._depth = 1
         self._holds += 1
         self._since = now
         if self.words[STATE] != self._shown or now > self._alive_until:
@@ -123,9 +125,10 @@ class Mirror:
                 self._release()
                 raise
 
-    def _give_up(self) -> NoReturn:
-        """End all holds of this thread, none of which is to go on; see ``_LONGEST_HOLD``."""
-        self._depth = 0
+    def _give_up(self, depth: int) -> NoReturn:
+        """Let all holds of this thread, of which there are so many, end with an error."""
+        self._is_void = True
+        self._depth = depth
         self._release()
         error = LapsedException(_TOO_LONG)
         error.is_inside = True
@@ -134,11 +137,13 @@ class Mirror:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
         self._depth = depth = max(self._depth - 1, 0)
-        state, words = self.state, self.words
+        is_void, state, words = self._is_void and not depth, self.state, self.words
+        if is_void:
+            self._is_void = False
         self._release()
         if not ORDERED:
             fence()
-        if words[INTACT] > state and (kind is None or issubclass(kind, Exception)):
+        if (words[INTACT] > state or is_void) and (kind is None or issubclass(kind, Exception)):
             error = LapsedException(_LAPSED)
             error.is_inside = depth > 0
             raise error

@@ -168,9 +168,10 @@ class _Histories(dict[str, History]):
             parents = Names(block.codes[:count], names)
             parent = None if stamps[-1] in entry.ends else parents[-1]
         else:
-            edge.samples, edge.size = history, size
-            edge.stamps, edge.poses = block.stamps, all_poses
+            edge.samples, edge.stamps, edge.poses = history, block.stamps, all_poses
         history.lie_on(Columns(stamps, poses, parents, entry.ends), parent, horizon)
+        if not entry.coded:
+            edge.size = size  # at the end, because an interrupt may come before
 
     def __getitem__(self, child: str) -> History:
         history = super().__getitem__(child)
@@ -252,8 +253,8 @@ class _Paths(PathFinder):
         route = self.routes.get((target, source))
         if route is None:
             path = super()._find_fixed_path(target, source)
-            if path is None or target == source:  # its latest stamp is that of the frame's edge
-                return path
+            if path is None:
+                return None
             edges = self._histories.edges_of(path)
             route = _Route(path, edges, self._histories.begin_of(edges))
             if len(self.routes) >= MAX_PATHS:

@@ -218,7 +218,7 @@ class Sharing(Closable):
         memory, words = self._memory, self._memory.words
         state = memory.state + 1
         if self._is_news or self._expired() > self._steady:
-            self._is_news, self._changed = True, state
+            self._changed = state
             self._steady = self._expired() + self._tree.cache_time // _STEADY_PARTS
         layout.write_root(self._bytes, 0, 0, state, *self._directory_facts, self._edition,
                           self._changed, self._steady)
@@ -242,12 +242,11 @@ class Sharing(Closable):
         """
         Bring the rows, and what else belongs to a state, up to date.
 
-        A keyboard interrupt may end it anywhere; then the next call does what is left.
+        A keyboard interrupt may end it at any call; then the next one does what is left.
         """
         tree = self._tree
         structure = tree.version != self._version
         if structure:
-            self._is_news = True
             self._assign_rows(list(tree.histories.values()))
         authorities = [history.authority for history in self._histories]
         if structure or authorities != self._authorities:
@@ -294,13 +293,12 @@ class Sharing(Closable):
             self._make_slots(2 * len(self._bytes))
 
     def _make_slots(self, size: int) -> None:
-        for slot in self._slots:
-            self._memory.retire(slot.offset, len(slot.memory))
-        self._slots.clear()
-        for _ in range(RECORDS):
-            offset = self._memory.allocate(size)
-            self._slots.append(_Slot(offset, self._memory.view(offset, size)))
+        offsets = [self._memory.allocate(size) for _ in range(RECORDS)]
+        before = self._slots
+        self._slots = [_Slot(offset, self._memory.view(offset, size)) for offset in offsets]
         self._slot_bytes = size
+        for slot in before:
+            self._memory.retire(slot.offset, len(slot.memory))
 
     def _write_directory(self) -> None:
         """Write the directory if it has changed."""
