@@ -3,6 +3,7 @@
 
 """A keyboard interrupt at each place at which one can come in a folder of the package."""
 
+import gc
 import sys
 
 
@@ -20,11 +21,13 @@ class Interrupt:
         self.left, self.folder = number, folder
 
     def __enter__(self):
+        gc.disable()  # what runs in a collection is interrupted without effect
         sys.setprofile(self.profile)
         return self
 
     def __exit__(self, kind, *_):
         sys.setprofile(None)
+        gc.enable()
         return kind is not None and issubclass(kind, KeyboardInterrupt)
 
     def profile(self, frame, event, _):
