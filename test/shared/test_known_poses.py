@@ -43,7 +43,7 @@ from tf_tree_py.shared.shared_tree import SharedTree
 
 @pytest.fixture
 def looks(monkeypatch):
-    """Return the numbers of the states that were read."""
+    """Return the number of each state at which a reader looks."""
     states = []
     root_of = layout.root_of
 

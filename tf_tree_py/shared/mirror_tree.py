@@ -229,7 +229,7 @@ class _Paths(PathFinder):
     """
     Finds paths; those in ``_paths`` have edges as of the newest state.
 
-    :ivar routes: all paths that were found since the last change, unless they depend on the stamp.
+    :ivar routes: the paths found since the last change, without those that depend on the stamp.
     """
 
     _histories: _Histories
