@@ -180,6 +180,7 @@ def test_holds_that_were_given_up_all_end(pair, monkeypatch):
         assert inside.value.is_inside
         monkeypatch.undo()
     assert not given_up.value.is_inside
+    assert 'has held the lock for so long' in str(given_up.value)
     insert_all(buffer, NEWEST + STEP)
     with ThreadPoolExecutor() as pool:
         assert pool.submit(answers, tree).result(PATIENCE_S) == answers(buffer)

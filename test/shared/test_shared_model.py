@@ -191,6 +191,15 @@ class SharedTreeModel(RuleBasedStateMachine):
         self.same(lambda tree: tree.samples_around(source, stamps[0]))
         self.same(lambda tree: tree.edges_between(target, source, stamps[0]))
 
+    @rule(pair=st.one_of(usual, st.tuples(frames, frames)),
+          backs=st.lists(times(-1, 999), min_size=2, max_size=9))
+    def look_again_and_again(self, pair, backs):
+        """Look up one pair: after the first lookup, many of its poses are known."""
+        for back in backs:
+            stamp = self.stamp - back
+            self.same(lambda tree, stamp=stamp: tree.lookup(*pair, stamp))
+        self.same(lambda tree: tree.lookup(*pair))
+
     @rule()
     def keep_a_snapshot(self):
         """Keep one that stays as it is."""
@@ -217,7 +226,7 @@ class SharedTreeModel(RuleBasedStateMachine):
     def compare(self, tree, stamp):
         def all_answers(tree):
             pairs = [answer(functools.partial(tree.lookup, target, source, stamp))
-                     for target in FRAMES for source in FRAMES]
+                     for target in FRAMES for source in FRAMES for _ in ('found', 'known')]
             trees = [answer(functools.partial(tree.lookup_tree, frame, stamp)) for frame in FRAMES]
             return pairs, trees, tree.parents_at(stamp)
 

@@ -60,7 +60,7 @@ WHY = 6
 # The number of the last state that is more than the one before it with new samples; see ``Root``.
 CHANGED = 7
 
-_RECORDS_AT = 64
+_RECORDS_AT = 64  # the first of the words that say where the records are
 WHY_AT = 2048
 
 

@@ -139,7 +139,7 @@ class Memory:
         """Close the file, as a child process does that is not the writer."""
         self._unfinished.unlink(missing_ok=True)  # if it never appeared
         os.close(self._file)
-        self._file = -1  # soon that of another one
+        self._file = -1  # the number may soon be that of another file
 
     def view(self, offset: int, size: int) -> memoryview:
         """Return a part of the memory."""

@@ -108,11 +108,11 @@ class Mirror:
     def __enter__(self) -> None:
         self._acquire()
         now = monotonic_ns()
-        depth = self._depth
-        self._depth = depth + 1
-        if depth and not self._is_void:
+        # The functions of a void hold are ending, or an interrupt has ended them.
+        if self._depth and not self._is_void:
             if now - self._since > _LONGEST_HOLD:
-                self._give_up(depth)
+                self._give_up()
+            self._depth += 1
             return
         self._depth = 1
         self._holds += 1
@@ -125,10 +125,9 @@ class Mirror:
                 self._release()
                 raise
 
-    def _give_up(self, depth: int) -> NoReturn:
-        """Let all holds of this thread, of which there are so many, end with an error."""
+    def _give_up(self) -> NoReturn:
+        """Let all holds of this thread end with an error; this is not another one."""
         self._is_void = True
-        self._depth = depth
         self._release()
         error = LapsedException(_TOO_LONG)
         error.is_inside = True
@@ -144,7 +143,7 @@ class Mirror:
         if not ORDERED:
             fence()
         if (words[INTACT] > state or is_void) and (kind is None or issubclass(kind, Exception)):
-            error = LapsedException(_LAPSED)
+            error = LapsedException(_TOO_LONG if is_void else _LAPSED)
             error.is_inside = depth > 0
             raise error
         if isinstance(error, LapsedException):

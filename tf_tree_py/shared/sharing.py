@@ -105,8 +105,8 @@ class Sharing(Closable):
     A tree in shared memory, for the process that changes it; see ``share``.
 
     :ivar lock: the tree is changed, and looked up in this process, only with this lock.
-    :ivar over: set when sharing has ended.
     :ivar reception: how the transforms are received; ``describe`` replaces it.
+    :ivar over: set when sharing has ended.
     :ivar why: the reason as a clause, then.
     """
 
@@ -127,12 +127,13 @@ class Sharing(Closable):
         # The next record, as words; and as bytes: all, those of its checksum, and its rows.
         self._record = memoryview(array('q'))
         self._bytes = self._summed = self._rows = memoryview(b'')
-        self._written_rows, self._is_news = b'', True
-        self._directory, self._edition = b'', 0
+        # Whether the next state is more than the newest one with new samples.
+        self._is_news, self._written_rows = True, b''
         self._changed, self._steady = 0, BEGINNING
-        self._blocks = 0
-        # Its offset, length and checksum.
+        # The directory; and its offset, length and checksum.
+        self._directory, self._edition = b'', 0
         self._directory_facts = 0, 0, 0
+        self._blocks = 0
         self.over, self.why = threading.Event(), ''
         place.make_folder()
         self._held = hold(place)
@@ -220,6 +221,7 @@ class Sharing(Closable):
         if self._is_news or self._expired() > self._steady:
             self._changed = state
             self._steady = self._expired() + self._tree.cache_time // _STEADY_PARTS
+        # At the offset 0; and 0 in place of the checksum, which follows.
         layout.write_root(self._bytes, 0, 0, state, *self._directory_facts, self._edition,
                           self._changed, self._steady)
         self._record[0] = zlib.crc32(self._summed)
