@@ -4,23 +4,17 @@
 """
 tf2's ``Buffer``: the core with messages, clocks and timeouts.
 
-This class only converts; ``BufferCore`` computes every answer. The methods that neither wait nor
-need a clock are in ``tf2_methods``.
+What fills it, its clock, and what it lists. ``lookups`` has what it answers.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-import threading
 import time
-from typing import Any, TypeVar
 
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, ClockChange, TimeJump
 from rclpy.duration import Duration
 import rclpy.logging
 from rclpy.node import Node
-from std_msgs.msg import Header
 from tf2_msgs.srv import FrameGraph
 from tf_tree_py.core import EdgeInfo
 from tf_tree_py.core.buffer.plain_buffer import (
@@ -28,9 +22,7 @@ from tf_tree_py.core.buffer.plain_buffer import (
     DEFAULT_MAX_FRAMES,
     DEFAULT_MAX_NAME_BYTES,
 )
-from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.hints import nothing_yet
-from tf_tree_py.core.messages.observers import Asked, asked, halves
 from tf_tree_py.core.messages.sample import ImpossibleStamp
 from tf_tree_py.core.stamp import format_span, format_stamp, LATEST
 from tf_tree_py.core.times import Stamp
@@ -42,36 +34,23 @@ from tf_tree_py.shared.errors import SharedTreeException
 from tf_tree_py.shared.mirror_tree import MirrorTree
 
 from .attached_listeners import AttachedListeners
-from .interface import BufferInterface, check_places, NO_TIME
-from .tf2_methods import CoreApi
+from .interface import check_places
+from .lookups import Lookups
 from ..messages.convert import (
     as_cache_time,
     as_moving_sample,
     as_nanoseconds,
     as_sample,
-    as_stamp,
-    DurationLike,
     nanoseconds_or_none,
     TimeLike,
-    transform_stamped,
-)
-from ..messages.pose_covariances import (
-    composed_with,
-    pose_with_covariance_stamped,
-    predicted_pose,
-    PredictedPose,
 )
 from ..waiting.clock import ClockWatch, JUMP_BACK, RosClock
-from ..waiting.deadlines import ClockDeadline
-from ..waiting.futures import TransformFuture
 from ..waiting.timeouts import Timeouts
-
-Answer = TypeVar('Answer')
 
 CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
 
 
-class Buffer(CoreApi, BufferInterface):
+class Buffer(Lookups):
     """
     A store of transforms with a tree of its own, which its listeners fill.
 
@@ -224,177 +203,6 @@ class Buffer(CoreApi, BufferInterface):
         # In tf2's words first, for those who search for them.
         self.feeds.log.write('jump back in time', '', (
             f'Detected jump back in time: {why}. The buffer forgot all moving transforms'), None)
-
-    # --- lookups
-
-    def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
-                         timeout: DurationLike = NO_TIME) -> TransformStamped:
-        """
-        Return the transform that takes coordinates in source to coordinates in target.
-
-        :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the latest time
-            for which all edges between the two have data.
-        :param timeout: an rclpy ``Duration`` to wait until the lookup becomes possible.
-        :raises LookupException: a frame that was never published.
-        :raises ConnectivityException: the frames are not connected.
-        :raises ExtrapolationException: an edge between them has no data for the time.
-        :raises InvalidArgumentException: a name that cannot be a frame, or a ``Time`` of another
-            clock than that of the stamps.
-        :raises TypeError: an argument is not a time or not a duration.
-        """
-        stamp = as_stamp(time, self._is_simulated)
-        if timeout is NO_TIME:
-            found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
-        else:
-            found, pose = self._within(
-                timeout, [asked(target_frame, source_frame, stamp)],
-                partial(self.lookup_stamped, target_frame, source_frame, stamp))
-        return transform_stamped(target_frame, source_frame, found, pose)
-
-    def lookup_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
-                              source_time: TimeLike, fixed_frame: str,
-                              timeout: DurationLike = NO_TIME) -> TransformStamped:
-        """
-        Return the transform from a source at one time to a target at another.
-
-        It passes through a frame that does not move in the meantime: (target <- fixed at
-        target_time) (fixed <- source at source_time). Parameters and errors are those of
-        ``lookup_transform``.
-        """
-        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
-        found, pose = self._within(
-            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
-            lambda: self.lookup_full_stamped(
-                target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
-        return transform_stamped(target_frame, source_frame, found, pose)
-
-    def _within(self, timeout: DurationLike, lookups: Sequence[Asked],
-                query: Callable[[], Answer]) -> Answer:
-        """Run a query within a timeout by the buffer's clock, and notify observers."""
-        duration = as_nanoseconds(timeout)
-        if duration <= 0:
-            return query()
-        return self.observers.watch(lookups, self._wait, duration, query)
-
-    def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
-        deadline: ClockDeadline | None = None
-
-        def begin(error: TransformException) -> ClockDeadline | None:
-            nonlocal deadline
-            if self.feeds.deliver_in(threading.current_thread()):
-                error.hint = ('Did not wait: this thread delivers the transforms, so waiting '
-                              'in it would only delay them')
-            else:
-                deadline = self.timeouts.deadline(duration)
-            return deadline
-
-        try:
-            return self.waiting.wait_for(query, begin)
-        except TransformException as error:
-            if deadline is not None:
-                deadline.explain(error)
-            raise
-
-    def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return
-            self, target_frame: str, source_frame: str, time: Stamp | TimeLike = LATEST,
-            timeout: DurationLike = NO_TIME, *,
-            independent: bool = False) -> PoseWithCovarianceStamped:
-        """
-        Return the pose of the source in the target, with its covariance.
-
-        See ``Queries``. Times, timeout and errors are those of ``lookup_transform``.
-        """
-        stamp = self._stamp_of(time)
-        found = self._within(
-            timeout, [asked(target_frame, source_frame, stamp)],
-            lambda: self._lookup_uncertain(target_frame, source_frame, stamp, independent))
-        return pose_with_covariance_stamped(
-            target_frame, found.stamp, found.pose, found.covariance)
-
-    def lookup_uncertain_full(  # type: ignore[override]  # likewise
-            self, target_frame: str, target_time: Stamp | TimeLike, source_frame: str,
-            source_time: Stamp | TimeLike, fixed_frame: str, timeout: DurationLike = NO_TIME, *,
-            independent: bool = False) -> PoseWithCovarianceStamped:
-        """
-        Return the pose of ``lookup_transform_full``, with its covariance.
-
-        See ``Queries``. Times, timeout and errors are those of ``lookup_transform_full``.
-        """
-        stamps = self._stamp_of(target_time), self._stamp_of(source_time)
-        found = self._within(
-            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
-            lambda: self._lookup_uncertain_full(
-                target_frame, stamps[0], source_frame, stamps[1], fixed_frame, independent))
-        return pose_with_covariance_stamped(
-            target_frame, found.stamp, found.pose, found.covariance)
-
-    def predict(  # type: ignore[override]  # likewise
-            self, target_frame: str, source_frame: str, time: Stamp | TimeLike,
-            horizon: DurationLike, *,
-            acceleration: Mapping[str, Sequence[float]] | None = None) -> PredictedPose:
-        """
-        Return the pose of the source in the target at a time that may lie beyond the data.
-
-        See ``Queries``.
-
-        :param time: an rclpy ``Time``, or a message's.
-        :param horizon: an rclpy ``Duration``; no edge is predicted further than that.
-        :param acceleration: the largest accelerations by child frame: six numbers along x, y, z
-            (m/s^2) and about x, y, z (rad/s^2), in the child's axes. None: learnt.
-        """
-        return predicted_pose(target_frame, CoreApi.predict(
-            self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),
-            acceleration=acceleration))
-
-    def transform(self, object_stamped: object, target_frame: str, timeout: DurationLike = NO_TIME,
-                  new_type: type | None = None, *, header: Header | None = None,
-                  uncertain: bool = False) -> Any:
-        """
-        Return an object in another frame, at its own stamp; see ``BufferInterface``.
-
-        :param uncertain: add the uncertainty of the edges on the path to the covariance of a
-            ``PoseWithCovarianceStamped``, which is otherwise only rotated.
-        :raises TypeError: ``uncertain`` with another type, with ``new_type`` or with ``header``.
-        """
-        if not uncertain:
-            return super().transform(
-                object_stamped, target_frame, timeout, new_type, header=header)
-        if not isinstance(object_stamped, PoseWithCovarianceStamped) or new_type or header:
-            raise TypeError('uncertain=True takes a PoseWithCovarianceStamped, and returns one; '
-                            f'not {type(object_stamped).__name__}, new_type or header')
-        return composed_with(self.lookup_uncertain(
-            target_frame, object_stamped.header.frame_id, object_stamped.header.stamp, timeout),
-            object_stamped)
-
-    # --- futures
-
-    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
-                                 timeout: DurationLike | None = None) -> TransformFuture:
-        """
-        Return a future of the transform.
-
-        Times, frames and errors are those of ``lookup_transform``. It may be called from any
-        thread, including the one that delivers the transforms.
-
-        :param timeout: an rclpy ``Duration``; None waits as long as the lookup can still succeed.
-        """
-        stamp = self._as_stamp(time)
-        return TransformFuture(
-            self.timeouts, (target_frame, source_frame),
-            [asked(target_frame, source_frame, stamp)],
-            lambda: self.lookup_stamped(target_frame, source_frame, stamp), timeout)
-
-    def wait_for_transform_full_async(
-            self, target_frame: str, target_time: TimeLike, source_frame: str,
-            source_time: TimeLike, fixed_frame: str,
-            timeout: DurationLike | None = None) -> TransformFuture:
-        """Return a future of the transform between two times; likewise."""
-        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
-        return TransformFuture(
-            self.timeouts, (target_frame, source_frame),
-            halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
-            lambda: self.lookup_full_stamped(
-                target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)
 
     # --- listing
 
