@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     from tf_tree_py.beyond.curves.spline import Spline
     from tf_tree_py.beyond.curves.spline_fitter import SplineFitter
     from tf_tree_py.beyond.framed.framed_pose import FramedPoints, FramedPose, FrameMismatchError
+    from tf_tree_py.beyond.freshness.ages import StaleException
     from tf_tree_py.beyond.motion.scans import deskew
     from tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS, stamps_at_rate, trajectory
     from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
@@ -95,8 +96,8 @@ __all__ = [
     'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter',
     'NoDataException', 'NotImplementedException', 'PastExtrapolationException', 'Pose',
     'POSE_COLUMNS', 'Poses', 'RefusedException', 'se3', 'shared_buffer', 'SharedTree',
-    'SharedTreeException', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter', 'Stamped',
-    'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics', 'time_message',
+    'SharedTreeException', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter', 'StaleException',
+    'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics', 'time_message',
     'TimeoutException', 'trajectory', 'transform_stamped', 'TransformBroadcaster',
     'TransformDiagnostics', 'TransformException', 'TransformListener', 'TransformRegistration',
     'TransformWarning', 'TreeFileError', 'TypeException', 'UNLIMITED', 'velocity_stamped',
@@ -110,6 +111,7 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'beyond.curves.curve': 'ConstantTwist Curve',
         'beyond.curves.spline': 'Spline',
         'beyond.curves.spline_fitter': 'SplineFitter',
+        'beyond.freshness.ages': 'StaleException',
         'beyond.framed.framed_pose': 'FramedPoints FramedPose FrameMismatchError',
         'beyond.motion.scans': 'deskew',
         'beyond.motion.trajectory': 'POSE_COLUMNS stamps_at_rate trajectory',

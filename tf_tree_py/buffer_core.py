@@ -14,6 +14,7 @@ from typing import Any, cast
 from tf_tree_py.beyond.corrections.absorbing import CorrectedBuffer, CorrectionQueries
 from tf_tree_py.beyond.curves.insertion import CurveBuffer
 from tf_tree_py.beyond.framed.framed_pose import FramedQueries
+from tf_tree_py.beyond.freshness.queries import FreshBuffer, FreshQueries
 from tf_tree_py.beyond.prediction.prediction import PredictionQueries
 from tf_tree_py.beyond.sources.switching import SourceBuffer, SourceQueries
 from tf_tree_py.beyond.uncertainty.insertion import UncertainBuffer
@@ -28,7 +29,7 @@ from tf_tree_py.many_stamps import ManyStampQueries, ManyStampSnapshot
 from tf_tree_py.outline import as_html
 
 
-class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueries,
+class AllQueries(FramedQueries, FreshQueries, PredictionQueries, UncertainQueries, SourceQueries,
                  CorrectionQueries, ManyStampQueries):
     """All queries of a buffer and of a snapshot."""
 
@@ -37,6 +38,7 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
         Return a copy of the present state, for several lookups that must be consistent.
 
         It copies the samples, which takes about 20 us for each moving edge with 1,000 samples.
+        Ages in it are those at the present time.
         """
         return cast(Snapshot, super().snapshot())
 
@@ -88,7 +90,8 @@ class AllQueries(FramedQueries, PredictionQueries, UncertainQueries, SourceQueri
         bag_writer.record(still, path)
 
 
-class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, UncertainBuffer):
+class BufferCore(AllQueries, FreshBuffer, CurveBuffer, CorrectedBuffer, SourceBuffer,
+                 UncertainBuffer):
     """
     Transforms between frames over a window of time, with all lookups and features.
 
@@ -105,6 +108,8 @@ class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, Uncerta
         None: all stamps are accepted, and errors assume that no more data arrives.
     :param max_future: how far ahead of the clock a stamp may be, nanoseconds; later stamps
         are refused. None: they are accepted, as in tf2.
+    :param max_age: how old the latest transform may be, nanoseconds: the default of all lookups
+        of the latest; see ``lookup``. None: any age, as in tf2.
     :param clear_on_jump_back: clear all moving edges when stamps jump back by more than
         this, nanoseconds, as in a looping bag: see ``JumpBack``. None: refuse samples that
         are older than the window, as tf2 does.
@@ -114,10 +119,14 @@ class BufferCore(AllQueries, CurveBuffer, CorrectedBuffer, SourceBuffer, Uncerta
                  max_frames: int = DEFAULT_MAX_FRAMES,
                  max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
                  now: Callable[[], int] | None = None,
-                 max_future: int | None = None, clear_on_jump_back: int | None = None) -> None:
+                 max_future: int | None = None, clear_on_jump_back: int | None = None,
+                 max_age: int | None = None) -> None:
         super().__init__(
             cache_time, max_frames=max_frames, max_name_bytes=max_name_bytes, now=now,
             max_future=max_future, clear_on_jump_back=clear_on_jump_back)
+        self._clock = now
+        if max_age is not None:
+            self.max_age = self.checked_limit(max_age)
         if AUDIT_FOLDER in os.environ:
             from tf_tree_py.reports.audit import watch  # tf_audit runs this program
             watch(self)

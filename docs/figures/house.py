@@ -41,7 +41,7 @@ LAYERS = {
     'many_stamps': Layer('core', needs='numpy'),
     'outline': Layer('core', needs=''),
     'beyond': Layer('core files screws many_stamps',
-                    'framed uncertainty curves motion corrections prediction sources',
+                    'framed uncertainty curves motion corrections prediction sources freshness',
                     needs='numpy scipy'),
     'recording': Layer('core files', needs='rosbags'),
     'reports': Layer('core files beyond', needs='numpy'),

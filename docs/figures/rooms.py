@@ -31,7 +31,7 @@ ROWS = ('view', 'command tools nodes labs dropin', 'ros',
         'files screws many_stamps outline interfaces', 'core')
 
 # Inches; the whole picture is at most 1000 pixels wide, at 96 pixels an inch.
-WIDTH, GAP, TITLE, LINE, MARGIN = 1.345, 0.05, 0.21, 0.14, 0.05
+WIDTH, GAP, TITLE, LINE, MARGIN = 1.23, 0.05, 0.21, 0.14, 0.05
 LETTERS = 20  # of a caption in a line; bold ones are wider
 
 
@@ -87,7 +87,7 @@ def lines_in(box: Box) -> list[str]:
     if '/' in box.place or not rooms_of(box.place):
         return lines(box.place)
     title = f'{box.place}: {house.caption(box.place).summary.replace("``", "")}'
-    return [title if len(title) < 0.9 * LETTERS * box.width / WIDTH else box.place]
+    return [title if len(title) < 0.85 * LETTERS * box.width / WIDTH else box.place]
 
 
 def draw(axes: Axes, box: Box) -> None:
@@ -99,7 +99,7 @@ def draw(axes: Axes, box: Box) -> None:
     top = box.y + box.height - MARGIN
     for number, line in enumerate(lines_in(box)):
         axes.text(box.x + 0.07, top - number * LINE - 0.02 * (number > 0), line, ha='left',
-                  va='top', fontsize=8.0 if number else 9.0,
+                  va='top', fontsize=7.4 if number else 8.4,
                   fontweight='normal' if number else 'bold')
 
 

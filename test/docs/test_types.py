@@ -22,6 +22,7 @@ from typing import Literal
 from tf_tree_py import BufferCore, FramedPose
 buffer = BufferCore()
 buffer.lookup('map', 'base', 1.5)  # wrong
+buffer.lookup('map', 'base', max_age=0.5)  # wrong
 map_T_base: FramedPose[Literal['map'], Literal['base']] = buffer.lookup_framed('map', 'base')
 base_T_camera: FramedPose[Literal['base'], Literal['camera']] = (
     buffer.lookup_framed('base', 'camera'))

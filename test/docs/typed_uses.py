@@ -8,7 +8,7 @@ from typing import assert_type
 
 import numpy as np
 import numpy.typing as npt
-from tf_tree_py import BufferCore, lookup_twist, Pose, Poses, Spline
+from tf_tree_py import BufferCore, lookup_twist, Pose, Poses, Spline, UNLIMITED
 from tf_tree_py.beyond.motion.trajectory import MovingTrajectory, Trajectory, trajectory
 
 
@@ -34,6 +34,18 @@ def stamps(buffer: BufferCore, times: npt.NDArray[np.int64]) -> None:
     buffer.lookup_many('map', 'base', [1, 2, 3])
     buffer.lookup_many('map', 'base', times.astype('datetime64[ns]'))
     buffer.lookup_many('map', 'base', [datetime.now(timezone.utc)])
+
+
+def ages(buffer: BufferCore, limit: np.int64) -> None:
+    """Limits are integers of Python and numpy."""
+    for max_age in (None, 500_000_000, UNLIMITED, limit):
+        assert_type(buffer.lookup('map', 'base', max_age=max_age), Pose)
+        assert_type(buffer.lookup_within(0.1, 'map', 'base', max_age=max_age), Pose)
+        assert_type(buffer.lookup_tree('map', max_age=max_age), dict[str, Pose])
+    newest = buffer.lookup_newest('map', 'base', max_age=limit)
+    assert_type(newest.pose, Pose)
+    assert_type(newest.stamps, dict[str, int])
+    assert_type(newest.oldest, int)
 
 
 def poses(buffer: BufferCore, times: npt.NDArray[np.int64]) -> None:

@@ -63,7 +63,8 @@ def _looking_up(lookup: _Lookup) -> _Lookup:
     @functools.wraps(lookup)
     def lookup_stamped(self: Any, target_frame: str, source_frame: str,
                        stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
-        if type(stamp) is int and not self.observers.of_lookups:
+        if (type(stamp) is int and not self.observers.of_lookups
+                and (stamp != LATEST or self.max_age is None)):
             found: tuple[int, PoseTuple] | None = self._lock.known(
                 target_frame, source_frame, stamp)
             if found is not None:
@@ -161,16 +162,20 @@ class SharedTree(BufferCore, Closable):
     """
 
     def __init__(self, *, domain_id: int | None = None, topics: Sequence[str] = TOPICS,
-                 wait_s: float = 0.0) -> None:
+                 wait_s: float = 0.0, now: Callable[[], int] | None = None,
+                 max_age: int | None = None) -> None:
         """
         Attach to the tree of a domain.
 
         :param domain_id: None: that of ``ROS_DOMAIN_ID``, or 0.
         :param topics: from which ``tf_share`` receives.
         :param wait_s: how long to wait for a process that shares it, seconds.
+        :param now: the clock that the stamps are taken from, nanoseconds, such as
+            ``time.time_ns``: only needed for ``max_age``.
+        :param max_age: see ``BufferCore``.
         :raises SharedTreeException: no process shares it, or it cannot be read.
         """
-        super().__init__()
+        super().__init__(now=now, max_age=max_age)
         self._show(Place(domain_id, topics), wait_s)
 
     def _show(self, place: Place, wait_s: float) -> None:

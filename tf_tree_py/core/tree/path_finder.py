@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from .climb import blockers, Branches, climb, climb_both
 from .path import across, edge_to_blame, latest_common, Path
-from ..edges.protocol import History, moves
+from ..edges.protocol import History, moves, MovingHistory
 from ..errors import (
     ANY_STRUCTURE,
     ArgumentTypeException,
@@ -264,9 +264,12 @@ class Spanning:
 
     def latest_of_all(self, target: str) -> int:
         """Return the newest time for which all moving edges of a frame's tree have data, or 0."""
+        return latest_common(self.moving(target))
+
+    def moving(self, target: str) -> list[MovingHistory]:
+        """Return all moving edges of a frame's tree, by the newest samples."""
         self._paths.check_frame('target_frame', target)
-        return latest_common([history for history, *_ in self._steps_from(target, None)
-                              if moves(history)])
+        return [edge for edge, *_ in self._steps_from(target, None) if moves(edge)]
 
     def _steps_from(self, target: str, stamp: int | None) -> list[_Step]:
         """Return the edges in an order in which one end of each edge is already known."""

@@ -107,12 +107,15 @@ class Queries:
                 if target_frame == source_frame:
                     return self._own_stamp(target_frame, stamp), se3.IDENTITY
                 if stamp == LATEST:
-                    return self._tree.paths.newest_pose(target_frame, source_frame)
+                    return self._newest(target_frame, source_frame)
                 return stamp, self._tree.paths.pose_at(target_frame, source_frame, stamp)
         except TransformException as error:
             # Without the lock, for which others wait: this only gets single items.
             self._tree.complete(error, target_frame, source_frame)
             raise
+
+    def _newest(self, target_frame: str, source_frame: str) -> tuple[int, PoseTuple]:
+        return self._tree.paths.newest_pose(target_frame, source_frame)
 
     def lookup_at(self, target_frame: str, source_frame: str, stamp: Stamp) -> Pose:
         """
