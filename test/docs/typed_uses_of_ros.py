@@ -6,8 +6,9 @@
 from typing import assert_type
 
 from rclpy.duration import Duration
+from rclpy.node import Node
 from rclpy.time import Time
-from tf_tree_py import Buffer, convert
+from tf_tree_py import Buffer, BufferClient, convert, StaleException, UNLIMITED
 
 
 def questions(buffer: Buffer, time: Time, timeout: Duration, debug: bool) -> None:
@@ -28,3 +29,30 @@ class Cloud:
 def conversions(message: object) -> None:
     """Assert that a conversion returns the type that it is asked for."""
     assert_type(convert(message, Cloud), Cloud)
+
+
+class Docking(Node):
+    """A node that refuses old transforms."""
+
+    def __init__(self) -> None:
+        super().__init__('docking')
+        self.buffer = Buffer(node=self, max_age=Duration(seconds=0.5))
+        self.client = BufferClient(self, 'tf2_buffer_server')
+
+    def dock(self, limit: Duration) -> None:
+        """Use limits of rclpy and of messages, and ``UNLIMITED``."""
+        try:
+            self.buffer.lookup_transform('map', 'base', Time(), max_age=limit)
+        except StaleException as error:
+            assert_type(error.age, int | None)
+            assert_type([edge.authority for edge in error.ages], list[str])
+        self.buffer.lookup_transform('map', 'base', Time(), limit, max_age=UNLIMITED)
+        self.client.lookup_transform('map', 'base', Time(), max_age=limit.to_msg())
+        assert_type(self.buffer.can_transform('map', 'base', Time(), max_age=limit), bool)
+        newest = self.buffer.lookup_transform_newest('map', 'base', limit, max_age=limit)
+        self.get_logger().info(f'{newest.transform}: {newest.stamps["base"]}')
+
+    async def dock_later(self, limit: Duration) -> None:
+        """Use them with futures."""
+        await self.buffer.lookup_transform_async('map', 'base', Time(), max_age=limit)
+        self.buffer.wait_for_transform_async('map', 'base', Time(), max_age=None)

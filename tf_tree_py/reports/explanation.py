@@ -13,6 +13,7 @@ from itertools import islice
 from math import degrees
 
 import numpy as np
+from tf_tree_py.beyond.freshness.queries import FreshQueries
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
 from tf_tree_py.beyond.uncertainty.uncertain import Share
 from tf_tree_py.core.errors import ExtrapolationException, TransformException
@@ -229,8 +230,8 @@ def _plain(edge: ExplainedEdge) -> dict[str, object]:
             'turned_rad': edge.turned, 'lacks': edge.lacks}
 
 
-def explain(tree: UncertainQueries, target: str, source: str, stamp: int = LATEST,
-            now: int = 0) -> Explanation:
+def explain(tree: FreshQueries, target: str, source: str, stamp: int = LATEST,
+            now: int = 0, max_age: int | None = None) -> Explanation:
     """
     Look a transform up, and return the answer with the data that it is computed from.
 
@@ -238,9 +239,10 @@ def explain(tree: UncertainQueries, target: str, source: str, stamp: int = LATES
 
     :param stamp: nanoseconds, or ``LATEST``.
     :param now: the time by the clock of the stamps, nanoseconds; 0: unknown.
+    :param max_age: how old the latest may be; see ``lookup``.
     """
     try:
-        found, answer = tree.lookup_stamped(target, source, stamp)
+        found, answer = tree.lookup_no_older(target, source, stamp, max_age)
         pose, problem = Pose._make(answer), ''
     except TransformException as error:
         found, pose, problem = stamp, None, what_is_missing(tree, error)

@@ -37,11 +37,12 @@ from .attached_listeners import AttachedListeners
 from .interface import check_places
 from .lookups import Lookups
 from ..messages.convert import (
-    as_cache_time,
     as_moving_sample,
     as_nanoseconds,
     as_sample,
+    as_span,
     nanoseconds_or_none,
+    SpanLike,
     TimeLike,
 )
 from ..waiting.clock import ClockWatch, JUMP_BACK, RosClock
@@ -64,7 +65,8 @@ class Buffer(Lookups):
                  max_future: Duration | None = None,
                  clear_on_jump_back: Duration | None = None,
                  clear_on_clock_jump_back: Duration = CLOCK_JUMP_BACK,
-                 flight_recorder: FlightRecorder | None = None) -> None:
+                 flight_recorder: FlightRecorder | None = None,
+                 max_age: SpanLike = None) -> None:
         """Make an empty buffer; the parameters are those of ``topics.joining_buffer.Buffer``."""
         if isinstance(cache_time, Node):
             raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
@@ -72,10 +74,11 @@ class Buffer(Lookups):
         check_places('Buffer(cache_time, node)', node=node)
         self._watch = ClockWatch(self.time_jump_callback, as_nanoseconds(clear_on_clock_jump_back))
         super().__init__(
-            as_cache_time(cache_time), max_frames=max_frames,
+            as_span(cache_time), max_frames=max_frames,
             max_name_bytes=max_name_bytes, now=self.now,
             max_future=nanoseconds_or_none(max_future),
-            clear_on_jump_back=nanoseconds_or_none(clear_on_jump_back))
+            clear_on_jump_back=nanoseconds_or_none(clear_on_jump_back),
+            max_age=as_span(max_age, 'max_age'))
         self.timeouts = Timeouts(
             self.waiting, self._watch,
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)

@@ -20,7 +20,7 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 
 from .answers import answered
-from ..messages.convert import as_nanoseconds, DurationLike, TimeLike
+from ..messages.convert import as_nanoseconds, DurationLike, SpanLike, TimeLike
 from ..waiting.futures import AwaitableFuture, outcome
 
 if TYPE_CHECKING:
@@ -87,7 +87,8 @@ class BufferInterface:
         return _registry().TransformRegistration()
 
     def transform(self, object_stamped: object, target_frame: str, timeout: DurationLike = NO_TIME,
-                  new_type: type | None = None, *, header: Header | None = None) -> Any:
+                  new_type: type | None = None, *, header: Header | None = None,
+                  max_age: SpanLike = None) -> Any:
         """
         Return an object in another frame, at its own stamp.
 
@@ -96,13 +97,15 @@ class BufferInterface:
         :param new_type: convert the result to this type.
         :param header: supplies the frame and the stamp of the object; a message without a header
             is returned without one.
+        :param max_age: an rclpy ``Duration``: how old the latest transform may be, for an object
+            whose stamp is zero.
         :raises TypeException: no function is registered for objects of this type.
         :raises TransformException: as ``lookup_transform``.
         """
         transformer = self.registration.get(type(object_stamped))
         header = _header_of(object_stamped) if header is None else header
         result = transformer(object_stamped, self.lookup_transform(
-            target_frame, header.frame_id, header.stamp, timeout))
+            target_frame, header.frame_id, header.stamp, timeout, **_given(max_age)))
         return result if new_type is None else _registry().convert(result, new_type)
 
     def transform_full(self, object_stamped: object, target_frame: str, target_time: TimeLike,
@@ -146,10 +149,11 @@ class BufferInterface:
         raise _registry().NotImplementedException()
 
     async def lookup_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
-                                     timeout: DurationLike | None = None) -> TransformStamped:
+                                     timeout: DurationLike | None = None, *,
+                                     max_age: SpanLike = None) -> TransformStamped:
         """Return the transform as soon as it is available."""
         return await outcome(self.wait_for_transform_async(
-            target_frame, source_frame, time, timeout))
+            target_frame, source_frame, time, timeout, **_given(max_age)))
 
     async def lookup_transform_full_async(
             self, target_frame: str, target_time: TimeLike, source_frame: str,
@@ -162,29 +166,31 @@ class BufferInterface:
     @overload
     def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
                       timeout: DurationLike = NO_TIME,
-                      return_debug_tuple: Literal[False] = False) -> bool: ...
+                      return_debug_tuple: Literal[False] = False, *,
+                      max_age: SpanLike = None) -> bool: ...
 
     @overload
     def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
-                      timeout: DurationLike = NO_TIME, *,
-                      return_debug_tuple: Literal[True]) -> tuple[bool, str]: ...
+                      timeout: DurationLike = NO_TIME, *, return_debug_tuple: Literal[True],
+                      max_age: SpanLike = None) -> tuple[bool, str]: ...
 
     @overload
     def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
-                      timeout: DurationLike,
-                      return_debug_tuple: bool) -> bool | tuple[bool, str]: ...
+                      timeout: DurationLike, return_debug_tuple: bool, *,
+                      max_age: SpanLike = None) -> bool | tuple[bool, str]: ...
 
     def can_transform(self, target_frame: str, source_frame: str, time: TimeLike,
-                      timeout: DurationLike = NO_TIME,
-                      return_debug_tuple: bool = False) -> bool | tuple[bool, str]:
+                      timeout: DurationLike = NO_TIME, return_debug_tuple: bool = False, *,
+                      max_age: SpanLike = None) -> bool | tuple[bool, str]:
         """
         Return whether ``lookup_transform`` would succeed.
 
         :param return_debug_tuple: return (answer, reason) instead.
+        :param max_age: see ``lookup_transform``.
         """
         _check_times(timeout, time)
         return _answer(return_debug_tuple, lambda: self.lookup_transform(
-            target_frame, source_frame, time, timeout))
+            target_frame, source_frame, time, timeout, **_given(max_age)))
 
     @overload
     def can_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
@@ -215,6 +221,11 @@ class BufferInterface:
         _check_times(timeout, target_time, source_time)
         return _answer(return_debug_tuple, lambda: self.lookup_transform_full(
             target_frame, target_time, source_frame, source_time, fixed_frame, timeout))
+
+
+def _given(max_age: SpanLike) -> dict[str, Any]:
+    """Return the limit as an argument, if there is one: a user's class has tf2's parameters."""
+    return {} if max_age is None else {'max_age': max_age}
 
 
 def _check_times(timeout: object, *times: object) -> None:

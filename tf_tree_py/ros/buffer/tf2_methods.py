@@ -4,7 +4,7 @@
 """The methods of ``tf2_py.BufferCore`` under their own names, in messages and ROS times."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from geometry_msgs.msg import TransformStamped, Twist, Vector3, VelocityStamped
 import numpy.typing as npt
@@ -96,9 +96,15 @@ class CoreApi(BufferCore):
         return _checked_ros_stamp(stamp, self._is_simulated)
 
     def snapshot(self) -> RosSnapshot:
-        """Return a copy of the present contents, for several lookups that must agree."""
-        with self._lock:
-            return RosSnapshot(self._tree.copy(), self._is_simulated())
+        """
+        Return a copy of the present contents, for several lookups that must agree.
+
+        Ages in it are those at the present time.
+        """
+        return cast(RosSnapshot, super().snapshot())
+
+    def _snapshot_of(self, tree: Tree) -> RosSnapshot:
+        return RosSnapshot(tree, self._is_simulated())
 
     def lookup_transform_core(self, target_frame: str, source_frame: str,
                               time: TimeLike) -> TransformStamped:

@@ -33,6 +33,9 @@ TimeLike: TypeAlias = Time | TimeMessage
 DurationLike: TypeAlias = Duration | DurationMessage
 """A duration of rclpy, or a message's."""
 
+SpanLike: TypeAlias = DurationLike | int | None
+"""A duration, ``UNLIMITED``, or None for a default; no other number, since it has no unit."""
+
 _ROS_TIME = ClockType.ROS_TIME.value
 _STEADY_TIME = ClockType.STEADY_TIME.value
 # Nanoseconds, thirty years.
@@ -67,10 +70,11 @@ def nanoseconds_or_none(duration: DurationLike | None) -> int | None:
     return None if duration is None else as_nanoseconds(duration)
 
 
-def as_cache_time(given: Duration | int | None) -> int | None:
+def as_span(given: SpanLike, name: str = 'cache_time') -> int | None:
     """
-    Return the length of a history as nanoseconds; None stays None.
+    Return a span that may be ``UNLIMITED`` as nanoseconds; None stays None.
 
+    :param name: that of the argument, for the error.
     :raises TypeError: a number, because it has no unit; ``UNLIMITED`` is accepted.
     """
     if given is None or given == UNLIMITED:
@@ -78,7 +82,7 @@ def as_cache_time(given: Duration | int | None) -> int | None:
     if isinstance(given, int | float):
         unit = 'nanoseconds' if isinstance(given, int) and given >= 10**6 else 'seconds'
         raise TypeError(
-            f'cache_time={given} is not a time, because it has no unit: pass an '
+            f'{name}={given} is not a time, because it has no unit: pass an '
             'rclpy.duration.Duration, such as '
             f'Duration({unit}={given}), or UNLIMITED')
     return as_nanoseconds(given)

@@ -4,6 +4,7 @@
 """tf2's ``BufferClient``: the interface to a buffer in another process."""
 
 from collections.abc import Callable
+from functools import partial
 from threading import current_thread, Event
 import weakref
 
@@ -11,13 +12,16 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
 from tf2_msgs.action import LookupTransform
+from tf_tree_py.beyond.freshness.ages import checked_max_age
 from tf_tree_py.core.closable import Closable
 from tf_tree_py.core.errors import TimeoutException
+from tf_tree_py.core.stamp import LATEST
 
+from .fresh_call import FreshCall
 from .goal_client import GoalClient
 from .lookup_goal import full_goal, LookupCall, simple_goal
 from ..buffer.interface import BufferInterface, check_places, NO_TIME
-from ..messages.convert import as_nanoseconds, as_stamp, DurationLike, TimeLike
+from ..messages.convert import as_nanoseconds, as_span, as_stamp, DurationLike, SpanLike, TimeLike
 from ..waiting.clock import is_simulated
 
 _PADDING = Duration(seconds=2.0)
@@ -83,18 +87,22 @@ class BufferClient(Closable, BufferInterface):
     # --- blocking
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
-                         timeout: DurationLike = NO_TIME) -> TransformStamped:
+                         timeout: DurationLike = NO_TIME, *,
+                         max_age: SpanLike = None) -> TransformStamped:
         """
         Return the transform that takes coordinates in source to coordinates in target.
 
         :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the latest.
         :param timeout: an rclpy ``Duration`` to wait for the transform, and for a server.
+        :param max_age: an rclpy ``Duration``: how old the latest may be by the clock of the node.
+            None, or ``UNLIMITED``: as old as the server allows. It does not concern other times.
         :raises TimeoutException: it was not available in time; or there is no server, it
             disappeared, or it did not answer: the text names the case.
+        :raises StaleException: the latest is older than ``max_age``.
         :raises TransformException: of the class that the server's buffer raised.
         """
         return self._answer(lambda: self.wait_for_transform_async(
-            target_frame, source_frame, time, timeout))
+            target_frame, source_frame, time, timeout, max_age=max_age))
 
     def lookup_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
                               source_time: TimeLike, fixed_frame: str,
@@ -111,9 +119,15 @@ class BufferClient(Closable, BufferInterface):
     # --- futures
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
-                                 timeout: DurationLike | None = None) -> LookupCall:
+                                 timeout: DurationLike | None = None, *,
+                                 max_age: SpanLike = None) -> LookupCall:
         """Return a future of the transform; a timeout of None waits without a limit."""
-        return self._begin(simple_goal(target_frame, source_frame, self._as_stamp(time)), timeout)
+        stamp, given = self._as_stamp(time), as_span(max_age, 'max_age')
+        limit = None if given is None else checked_max_age(given)
+        goal = simple_goal(target_frame, source_frame, stamp)
+        if limit is None or stamp != LATEST:
+            return self._begin(goal, timeout)
+        return self._begin(goal, timeout, partial(FreshCall, max_age=limit, now=self._now))
 
     def wait_for_transform_full_async(
             self, target_frame: str, target_time: TimeLike, source_frame: str,
@@ -129,12 +143,16 @@ class BufferClient(Closable, BufferInterface):
     def _is_simulated(self) -> bool:
         return is_simulated(self.node.get_clock())
 
-    def _begin(self, goal: LookupTransform.Goal, timeout: DurationLike | None) -> LookupCall:
+    def _now(self) -> int:
+        return self.node.get_clock().now().nanoseconds  # type: ignore[no-any-return]
+
+    def _begin(self, goal: LookupTransform.Goal, timeout: DurationLike | None,
+               call: Callable[..., LookupCall] = LookupCall) -> LookupCall:
         timeout_s = _FOREVER_S if timeout is None else as_nanoseconds(timeout) / 1e9
         padding = self.timeout_padding
         padding_s = padding if isinstance(padding, (int, float)) else as_nanoseconds(padding) / 1e9
         client = self.action_client
-        return client.start(LookupCall(
+        return client.start(call(
             client.report, client.drop, goal, max(0.0, timeout_s), padding_s))
 
     def _answer(self, begin: Callable[[], LookupCall]) -> TransformStamped:

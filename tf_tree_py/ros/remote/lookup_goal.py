@@ -141,7 +141,7 @@ class Event(Enum):
     REJECTED = auto()
     #: The server has sent the result of the lookup.
     RESULT = auto()
-    #: The server waited for the requested time, which was one part of a longer wait.
+    #: The server waited for the requested time, or answered, which was one part of a longer wait.
     PART_OVER = auto()
     #: That part is over by the local clock, without a response: the server's clock may be slow.
     PART_LATE = auto()
@@ -353,15 +353,29 @@ class LookupCall(AwaitableFuture):
             return
         try:
             transform = _transform_of(response.status, response.result)
+            is_answer = self._is_answer(transform)
         except TransformException as error:
             if isinstance(error, TimeoutException) and self._may_ask_again():
                 self._report(self, Event.PART_OVER)
                 return
             self._report(self, Event.RESULT)
-            self.set_exception(error.with_traceback(None))
+            self.set_exception(self._reason(error).with_traceback(None))
         else:
-            self._report(self, Event.RESULT)
-            self.set_result(transform)
+            self._report(self, Event.RESULT if is_answer else Event.PART_OVER)
+            if is_answer:
+                self.set_result(transform)
+
+    def _is_answer(self, transform: TransformStamped) -> bool:
+        """
+        Return whether a transform ends the lookup; if not, the goal is sent again.
+
+        :raises TransformException: it does not, and there is no time for another.
+        """
+        return True
+
+    def _reason(self, error: TransformException) -> TransformException:
+        """Return the error to end with, for that of a server."""
+        return error
 
     def _may_ask_again(self) -> bool:
         """Return whether the server timed out because the request was for a part of the time."""

@@ -24,6 +24,7 @@ from tf_tree_py.shared.shared_tree import attach, SharedTree
 from .listener import TransformListener
 from .reception import difference, STATIC_ONLY, TOPICS
 from ..buffer import buffer as own
+from ..messages.convert import SpanLike
 
 VARIABLE = 'TF_TREE_SHARED'
 
@@ -51,7 +52,7 @@ class Buffer(own.Buffer):
                  clear_on_jump_back: Duration | None = None,
                  clear_on_clock_jump_back: Duration = own.CLOCK_JUMP_BACK,
                  flight_recorder: FlightRecorder | None = None,
-                 shared: float | None = None) -> None:
+                 max_age: SpanLike = None, shared: float | None = None) -> None:
         """
         Make an empty buffer.
 
@@ -74,6 +75,8 @@ class Buffer(own.Buffer):
             second unless given, as in tf2. Zero: at any step back.
         :param flight_recorder: keeps the messages that listeners receive, and writes them as a bag
             when a lookup first fails after it had succeeded.
+        :param max_age: how old the latest transform may be by the buffer's clock: the default of
+            all lookups of the latest; see ``lookup_transform``. None: any age, as in tf2.
         :param shared: show the tree of ``tf_share``, and wait so many seconds for it to start, as
             True for one second. With a node, no listener is needed. None: as the environment
             variable ``TF_TREE_SHARED`` says, such as 1, when a listener is made. Zero or False:
@@ -94,7 +97,8 @@ class Buffer(own.Buffer):
             cache_time, node, max_frames=max_frames, max_name_bytes=max_name_bytes,
             wall_guard=wall_guard, audit=audit, max_future=max_future,
             clear_on_jump_back=clear_on_jump_back,
-            clear_on_clock_jump_back=clear_on_clock_jump_back, flight_recorder=flight_recorder)
+            clear_on_clock_jump_back=clear_on_clock_jump_back, flight_recorder=flight_recorder,
+            max_age=max_age)
         self._needed = self.cache_time
         if shared and node is not None:
             TransformListener(self, node)  # the node keeps it alive
