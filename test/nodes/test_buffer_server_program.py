@@ -6,12 +6,13 @@
 import signal
 import threading
 
+from conditions import until
 from programs import PATIENCE_S
 import pytest
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
-from tf_tree_py import BufferClient, TimeoutException
+from tf_tree_py import BufferClient, ExtrapolationException, TimeoutException
 from tf_tree_py.nodes import buffer_server, running
 from tf_tree_py.nodes.five_frame_publisher import FiveFramePublisher
 from tf_tree_py.nodes.running import spun_in_background
@@ -47,6 +48,19 @@ def test_process_hears_and_answers_until_ctrl_c(start, client, context, end):
     assert ended.wait(PATIENCE_S)
     with pytest.raises(TimeoutException, match='went away before it answered'):
         call.result()
+
+
+def test_its_max_age_is_an_error_of_clients_that_ask_for_the_latest(start, client, context):
+    start('buffer_server', '--ros-args', '-p', 'max_age:=1.0')
+    assert client.wait_for_server(PATIENCE)
+    robot = FiveFramePublisher(context=context)
+    with spun_in_background(robot):
+        until(lambda: client.can_transform('odom', 'base_link', Time()))
+    until(lambda: not client.can_transform('odom', 'base_link', Time()))
+    with pytest.raises(ExtrapolationException, match='and max_age is 1.000 s: the edge odom -> '
+                       "base_link, last published by '/five_frame_publisher', has nothing newer"):
+        client.lookup_transform('odom', 'base_link', Time())
+    assert client.can_transform('base_link', 'camera', Time())
 
 
 def test_node_and_its_name_are_tf2s(start, client):

@@ -106,6 +106,11 @@ def test_hint_is_a_line_of_its_own(tmp_path):
     (['map', 'lidar', '--rate', '0'], "'0' is not a number greater than zero"),
     (['map', 'lidar', '--rate', '1e-300'], "'1e-300' is not a number from 1e-9 to 1e9"),
     (['map', 'lidar', '--seconds', '1e300'], "'1e300' is not a number from 1e-9 to 1e9"),
+    (['map', 'lidar', '--max-age', '0'], "'0' is not a number greater than zero"),
+    (['map', 'lidar', '--max-age', '1', '--at', '3'],
+     '--max-age concerns the present, and not --at: omit one of them'),
+    (['map', 'lidar', '--max-age', '1', '--bag', 'nowhere'],
+     '--max-age concerns the present, and not --bag: omit one of them'),
     (['map', 'lidar', '--bag', 'nowhere'], 'nowhere')])
 def test_what_cannot_be_asked_is_one_sentence(arguments, sentence):
     assert_one_sentence(tool('tf_echo', *arguments), 'tf_echo', sentence)

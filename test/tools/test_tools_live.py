@@ -37,6 +37,8 @@ def programs(tmp_path_factory):
                            '--tf-static-topic', '/mounts'),
         'once': started('tf_echo', 'world', 'gripper', '--once', '--explain', '--seconds', 50),
         'echo': started('tf_echo', 'world', 'griper', '--rate', 10),
+        'fresh': started('tf_echo', 'world', 'gripper', '--rate', 10, '--max-age', 50),
+        'stale': started('tf_echo', 'world', 'gripper', '--rate', 10, '--max-age', 1e-6),
         'monitor': started('tf_monitor', 'world', 'gripper', '--period', 0.5, '--json'),
         'frames': started('tf_frames', '--seconds', 8, '-o', folder / 'frames.json'),
         # If it were killed before a test has interrupted it, its program would go on.
@@ -71,6 +73,15 @@ def test_echo_says_what_is_missing_and_what_may_be_meant(programs):
     programs['echo'].interrupt()
     assert programs['echo'].end() == 1
     assert 'Traceback' not in programs['echo'].output
+
+
+def test_echo_refuses_a_latest_that_is_too_old(programs):
+    programs['fresh'].wait_for('xyz')
+    programs['stale'].wait_for('no answer for world <- gripper: The latest transform is ')
+    programs['stale'].wait_for(' and max_age is 1 us: the edge ')
+    for name, status in ('fresh', 0), ('stale', 1):
+        programs[name].interrupt()
+        assert programs[name].end() == status
 
 
 def test_monitor_prints_once_in_a_period(programs):

@@ -14,6 +14,7 @@ computes them, its errors included, for code that was tuned to them;
 from collections.abc import Callable
 from functools import partial
 import math
+import os
 import threading
 from typing import Any, TypeVar
 import weakref
@@ -23,6 +24,7 @@ import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.task import Future
+from tf_tree_py.beyond.freshness.queries import NewestPose
 from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
 from tf_tree_py.core.errors import (
     ConnectivityException,
@@ -41,7 +43,7 @@ from tf_tree_py.many_stamps import ManyStampQueries
 from tf_tree_py.reports import plain_text
 from tf_tree_py.ros.buffer.answers import answered
 from tf_tree_py.ros.buffer.interface import NO_TIME
-from tf_tree_py.ros.messages.convert import as_nanoseconds, DurationLike, TimeLike
+from tf_tree_py.ros.messages.convert import as_nanoseconds, DurationLike, SpanLike, TimeLike
 from tf_tree_py.ros.topics.joining_buffer import Buffer as OurBuffer
 from tf_tree_py.ros.waiting.futures import TransformFuture
 from tf_tree_py.screws import carry
@@ -50,6 +52,11 @@ from .spinning_thread import SpinningThread
 
 Answer = TypeVar('Answer')
 _CatchUp = weakref.WeakMethod[Callable[[float], None]]
+
+VARIABLE = 'TF_TREE_MAX_AGE'
+"""The environment variable with the default ``max_age`` of buffers, seconds."""
+
+_LONGEST_AGE_S = 1e9
 
 # How long a lookup waits for the listener's thread, which needs far less unless the processor is
 # busy.
@@ -173,9 +180,11 @@ class BufferCore(OurBuffer):
         Make an empty buffer.
 
         :param cache_time: the length of the history of each edge; 10 s unless given.
-        :param options: those of ``tf_tree_py.Buffer``.
+        :param options: those of ``tf_tree_py.Buffer``; ``max_age`` is that of the environment
+            variable ``TF_TREE_MAX_AGE``, in seconds, unless it is given.
+        :raises ValueError: the variable is not a number of seconds.
         """
-        super().__init__(cache_time, node, **options)
+        super().__init__(cache_time, node, **{'max_age': _max_age(), **options})
         self._spinning_threads: dict[SpinningThread, _CatchUp] = {}
         self.timeouts.call_back = self._call_back
         # tf2's timeouts end also where no node publishes /clock.
@@ -216,6 +225,12 @@ class BufferCore(OurBuffer):
     def lookup_full_stamped(self, *question: object) -> tuple[int, PoseTuple]:
         """Return the stamp and the pose between two times; see ``Queries``."""
         return self._caught_up(super().lookup_full_stamped, *question)
+
+    def _lookup_no_older(self, *question: object) -> tuple[int, PoseTuple]:
+        return self._caught_up(super()._lookup_no_older, *question)
+
+    def _lookup_newest(self, *question: object) -> NewestPose:
+        return self._caught_up(super()._lookup_newest, *question)
 
     def _caught_up(self, lookup: Callable[..., Answer], *question: object) -> Answer:
         """
@@ -302,13 +317,14 @@ class BufferCore(OurBuffer):
 
     def can_transform(  # type: ignore[override]  # likewise
             self, target_frame: str, source_frame: str, time: TimeLike,
-            timeout: DurationLike = NO_TIME,
-            return_debug_tuple: bool = False) -> bool | tuple[int, str]:
+            timeout: DurationLike = NO_TIME, return_debug_tuple: bool = False, *,
+            max_age: SpanLike = None) -> bool | tuple[int, str]:
         """Return whether a lookup would succeed, or the result of ``can_transform_core``."""
-        can = super().can_transform(target_frame, source_frame, time, timeout)
+        can = super().can_transform(target_frame, source_frame, time, timeout, max_age=max_age)
         if not return_debug_tuple:
             return bool(can)
-        return (1, '') if can else self.can_transform_core(target_frame, source_frame, time)
+        return (1, '') if can else _answered(lambda: self.lookup_transform(
+            target_frame, source_frame, time, max_age=max_age))
 
     def can_transform_full(  # type: ignore[override]  # likewise
             self, target_frame: str, target_time: TimeLike, source_frame: str,
@@ -364,6 +380,21 @@ class BufferCore(OurBuffer):
 
 class Buffer(BufferCore):
     """``tf2_ros.Buffer``."""
+
+
+def _max_age() -> Duration | None:
+    """Return the limit that the environment sets; None: there is none."""
+    given = os.environ.get(VARIABLE)
+    if not given:
+        return None
+    try:
+        seconds = float(given)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 < seconds < _LONGEST_AGE_S:
+        raise ValueError(f'{VARIABLE} has to be a number of seconds, such as 0.5, and not '
+                         f'{given!r}')
+    return Duration(seconds=seconds)
 
 
 def _answered(lookup: Callable[[], object]) -> tuple[int, str]:

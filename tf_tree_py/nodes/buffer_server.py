@@ -16,7 +16,7 @@ from tf_tree_py.ros.topics.listener import TransformListener
 from .bad_input import BadInput
 from .parameters import declare, Setting
 from .running import ClosingNode, main_of
-from .time_limits import TIME_LIMITS, time_limits
+from .time_limits import MAX_AGE, TIME_LIMITS, time_limits
 
 NAME = 'buffer_server'
 _NODE_NAME = 'tf_buffer'
@@ -24,6 +24,7 @@ _NODE_NAME = 'tf_buffer'
 SETTINGS = (
     Setting('buffer_size', 120.0, 'how much history is kept, s', (0.0, 1e9)),
     *TIME_LIMITS,
+    MAX_AGE,
     Setting('diagnostics', False, 'publish the state of each edge on /diagnostics, once a second'),
 )
 

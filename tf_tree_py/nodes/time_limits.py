@@ -20,11 +20,15 @@ TIME_LIMITS = (
             'clear them when simulated time goes back by this, s; 0: at any step', (0.0, 1e9)),
 )
 
+MAX_AGE = Setting('max_age', 0.0, 'refuse to answer with a latest transform that is older, s; '
+                  '0: answer with any', (0.0, 1e9))
+
 
 def time_limits(given: Values) -> dict[str, Any]:
-    """Return the keyword arguments of ``Buffer`` for the values of ``TIME_LIMITS``."""
+    """Return the keyword arguments of ``Buffer`` for the values of these parameters."""
     limits: dict[str, Any] = {setting.name: Duration(seconds=given[setting.name])
-                              for setting in TIME_LIMITS}
-    for name in ('max_future', 'clear_on_jump_back'):
-        limits[name] = limits[name] if given[name] else None
+                              for setting in (*TIME_LIMITS, MAX_AGE) if setting.name in given}
+    for name in ('max_future', 'clear_on_jump_back', 'max_age'):
+        if not given.get(name):
+            limits[name] = None
     return limits

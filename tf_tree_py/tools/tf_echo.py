@@ -18,11 +18,11 @@ from tf_tree_py.command.arguments import (
     shown,
     table,
 )
-from tf_tree_py.command.endings import entry_point, FINE, FOUND
+from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_CACHE_TIME
 from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.stamp import format_span, format_stamp, LATEST, UNLIMITED
+from tf_tree_py.core.stamp import format_span, format_stamp, from_seconds, LATEST, UNLIMITED
 from tf_tree_py.core.text import listed
 from tf_tree_py.reports import explanation_text
 from tf_tree_py.reports.explanation import Certainty, explain, ExplainedEdge, Explanation
@@ -47,6 +47,7 @@ _EXAMPLES = (
     ('tf_echo map base_link', 'once a second, until Ctrl-C'),
     ('tf_echo map base_link --once --explain', 'the path, and the age of each edge'),
     ('tf_echo map base_link --bag run.mcap', 'every second of a recording'),
+    ('tf_echo map base_link --once --max-age 0.5', 'does the chain still arrive?'),
     ('tf_echo map camera --bag run.mcap --at 1700000000.25 --as all', 'at a stamp'),
 )
 _PATIENCE_S = 10.0
@@ -63,6 +64,8 @@ def _parser() -> Parser:
                         help='stop after the first answer; in a recording, print only the last')
     parser.add_argument('--at', metavar='STAMP', type=stamp, default=LATEST,
                         help='look up once, at this stamp in seconds (default: the latest)')
+    add_number(parser, '--max-age', None,
+               'accept no latest transform that is older than this, in seconds')
     parser.add_argument('--as', dest='form', choices=FORMS, default='rpy',
                         help='how to write the pose (default rpy)')
     parser.add_argument('--explain', action='store_true',
@@ -76,6 +79,7 @@ def _parser() -> Parser:
 
 def _work(argv: Sequence[str]) -> int:
     arguments = _parser().parse(argv)
+    _check(arguments)
     if arguments.explain and not arguments.json:
         console()  # a missing package has to be reported first, and not in the middle
     window = UNLIMITED if arguments.at != LATEST else DEFAULT_CACHE_TIME
@@ -90,11 +94,21 @@ def _work(argv: Sequence[str]) -> int:
     return FINE if printer.answered else FOUND
 
 
+def _check(arguments: Namespace) -> None:
+    for option, is_given in (('--at', arguments.at != LATEST), ('--bag', arguments.bag)):
+        if is_given and arguments.max_age is not None:
+            raise Cannot(f'--max-age concerns the present, and not {option}: omit one of them')
+
+
+def _max_age(arguments: Namespace) -> int | None:
+    return None if arguments.max_age is None else from_seconds(arguments.max_age)
+
+
 def _asked(tree_input: TreeInput, arguments: Namespace) -> Iterator[Explanation]:
     """Yield the result of each lookup."""
     def ask() -> Explanation:
         return explain(tree_input.buffer, arguments.target, arguments.source, arguments.at,
-                       tree_input.now())
+                       tree_input.now(), _max_age(arguments))
 
     if arguments.once or arguments.at != LATEST:
         yield from _one(tree_input, arguments, ask)
@@ -120,8 +134,9 @@ def _one(tree_input: TreeInput, arguments: Namespace,
     for seconds in (min(1.0, patience), max(0.0, patience - 1.0)):
         with suppress(TransformException):
             tree_input.buffer.wait_for(
-                lambda: tree_input.buffer.lookup_stamped(
-                    arguments.target, arguments.source, arguments.at), WallDeadline(seconds))
+                lambda: tree_input.buffer.lookup_no_older(
+                    arguments.target, arguments.source, arguments.at, _max_age(arguments)),
+                WallDeadline(seconds))
             if arguments.explain or arguments.json:
                 tree_input.await_covariances()
         explanation = ask()
