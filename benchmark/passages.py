@@ -283,6 +283,13 @@ def _beyond() -> Iterable[Passage]:
             ('50 ms ahead, not the first one |', 'predict, 50 ms ahead', plain),
             ('the same, each after new samples |', 'predict, each after new samples', plain)):
         yield say(f'{words} {{}} ({{}} to {{}})', Ratio('uncertain', name, unit=unit).and_ends())
+    for words, name in (
+            ('`lookup(..., max_age=...)`, of the latest |', 'the latest, with max_age'),
+            ('`lookup` of the latest, with `max_age` of the buffer |',
+             'the latest, with the max_age of the buffer'),
+            ('`lookup_newest` |', 'lookup_newest')):
+        yield say(f'{words} {{}} ({{}} to {{}}) times one of the latest',
+                  Ratio('uncertain', name, unit='x the latest').and_ends())
     yield say('it takes {} times as long as GTSAM',
               [Ratio('uncertain', 'lookup_uncertain', unit=f'x {GTSAM}')])
 

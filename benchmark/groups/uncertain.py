@@ -6,9 +6,11 @@
 from collections.abc import Callable, Iterator
 from functools import partial
 import itertools
+import time
+from typing import Any
 
 import numpy as np
-from tf_tree_py import BufferCore
+from tf_tree_py import BufferCore, UNLIMITED
 from tf_tree_py.core import Pose, se3
 from tf_tree_py.core.geometry.so3 import Array
 
@@ -22,6 +24,8 @@ _IDLE = 'the same, edges corrected'
 _UNCERTAIN, _LARGE, _AHEAD = 'lookup_uncertain', 'lookup_uncertain, 2 deg', 'predict, 50 ms ahead'
 _AHEAD_LIVE = 'predict, each after new samples'
 _BUDGET, _MANY = 'lookup_budget', 'lookup_uncertain_many, each of 1,000'
+_LATEST, _LIMITED = 'the latest', 'the latest, with max_age'
+_DEFAULT, _NEWEST = 'the latest, with the max_age of the buffer', 'lookup_newest'
 _ABOUT_THE_SAME = 1.03
 _CORRECTED_AT_MOST = 1.05
 
@@ -38,10 +42,10 @@ def _covariance(degrees: float) -> Array:
     return np.diag([1e-6] * 3 + [np.radians(degrees) ** 2] * 3)
 
 
-def _filled(degrees: float | None = None) -> BufferCore:
+def _filled(degrees: float | None = None, **options: Any) -> BufferCore:
     """Return five moving edges, each with a covariance if a deviation is given."""
     covariance = None if degrees is None else _covariance(degrees)
-    buffer = BufferCore()
+    buffer = BufferCore(**options)
     for stamp in range(_STEP, _STEP * _COUNT + 1, _STEP):
         _insert(buffer, stamp, covariance)
     return buffer
@@ -81,6 +85,11 @@ def _asking(ask: Callable[..., object], count: int, *more: int,
         return time_each(lambda: ask('map', 'camera', next(stamps), *more), count)
 
     return turn
+
+
+def _latest(ask: Callable[..., object], count: int, **limit: int) -> Callable[[], float]:
+    """Return a turn of lookups of the latest."""
+    return lambda: time_each(lambda: ask('map', 'camera', **limit), count)
 
 
 def _predicting(buffer: BufferCore, count: int) -> Callable[[], float]:
@@ -126,9 +135,9 @@ def _check(theirs: Array, ours: tuple[Pose, Array]) -> None:
 
 
 def uncertain(contestants: Contestants, effort: Effort) -> Iterator[Row]:
-    """Measure lookups over five moving edges: uncertain, aided and predicted."""
+    """Measure lookups over five moving edges: uncertain, aided, predicted, and of the latest."""
     plain, small, large, aided = _filled(), _filled(_SMALL), _filled(2.0), _aided()
-    corrected = _corrected()
+    corrected, limited = _corrected(), _filled(now=time.time_ns, max_age=UNLIMITED - 1)
     # With a tenth of the lookups, turns take about as long as those of plain lookups. In shorter
     # ones the first lookups, with cold caches, would count for more.
     few = max(effort.lookups // 10, 1)
@@ -143,6 +152,10 @@ def uncertain(contestants: Contestants, effort: Effort) -> Iterator[Row]:
         _MANY: _asking_many(small),
         _AHEAD: _asking(plain.predict, few, 10**9, stamp=_STEP * _COUNT + _AHEAD_BY),
         _AHEAD_LIVE: _predicting(_filled(), few),
+        _LATEST: _latest(plain.lookup, effort.lookups),
+        _LIMITED: _latest(limited.lookup, effort.lookups, max_age=UNLIMITED - 1),
+        _DEFAULT: _latest(limited.lookup, effort.lookups),
+        _NEWEST: _latest(plain.lookup_newest, effort.lookups),
     }
     theirs = _by_gtsam(contestants, small, few)
     if theirs is not None:
@@ -155,5 +168,7 @@ def uncertain(contestants: Contestants, effort: Effort) -> Iterator[Row]:
     for name, target in _GOALS.items():
         row.compare(name, _PLAIN, target, name=name, unit='x a plain lookup')
     row.compare(_AHEAD_LIVE, _PLAIN, name=_AHEAD_LIVE, unit='x a plain lookup')
+    for name in _LIMITED, _DEFAULT, _NEWEST:
+        row.compare(name, _LATEST, name=name, unit='x the latest')
     row.compare(_UNCERTAIN, GTSAM, 1.0, name=_UNCERTAIN, unit='x GTSAM')
     yield row
