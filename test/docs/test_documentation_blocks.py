@@ -163,10 +163,10 @@ def test_commands_of_a_shell_block_are_there(block):
         if name.startswith('scripts/'):
             assert (REPOSITORY / name.rstrip(';')).exists(), line
             told = _options_of(name.rstrip(';'))
-            assert {word for word in arguments if word.startswith('--')} <= told, line
+            assert _options(arguments) <= told, line
         elif name in _executables():
             asked = ' '.join([name, *arguments[:1]]) if name in WITH_VERBS else name
-            assert {word for word in arguments if word.startswith('--')} <= _helps()[asked], line
+            assert _options(arguments) <= _options(_helps()[asked]), line
         else:
             assert name in OF_OTHERS or name.startswith('PYTHONPATH='), line
 
@@ -192,13 +192,37 @@ def _options_of(script):
     return {word for text in texts for word in re.findall(r'--[a-z][a-z-]*', text)}
 
 
+def _options(words):
+    """Return the options in a text, or among some words."""
+    return set(re.findall(r'--[a-z][a-z-]*', words if isinstance(words, str) else ' '.join(words)))
+
+
 @cache
 def _helps():
-    """Return the options in the help of every executable and verb, by its words."""
+    """Return the help of every executable and verb, by its words."""
     done = subprocess.run([sys.executable, '-c', _ASK_FOR_HELP, json.dumps(WITH_VERBS)],
                           stdout=subprocess.PIPE, text=True, check=True, timeout=PATIENCE_S)
-    return {words: set(re.findall(r'--[a-z][a-z-]*', text))
-            for words, text in json.loads(done.stdout).items()}
+    return json.loads(done.stdout)
+
+
+def test_every_help_has_examples_with_options_and_parameters_that_it_describes():
+    helps = {name: _helps()[name] for name in _executables()}
+    assert len(helps) == 23  # view_frames is tf_frames
+    for name, text in helps.items():
+        if not text:
+            assert find_spec('rclpy') is None, name
+            continue
+        _, heading, rest = text.partition('examples:\n')
+        assert heading, name
+        examples, _, parameters = rest.partition('\n\n')
+        for line in examples.splitlines():
+            assert line.startswith(f'  {name.replace("view_frames", "tf_frames")}'), line
+            own = line.strip().split('   ')[0].split('--ros-args')[0]
+            asked = ' '.join(own.split()[:2]) if name in WITH_VERBS else name
+            described, _, _ = _helps()[asked].partition('examples:\n')
+            assert _options(own.split(' -- ')[0]) <= _options(described), line
+            for parameter in re.findall(r'-p ([\w.]+):=', line):
+                assert f'  {parameter} (default ' in parameters, line
 
 
 def test_every_block_says_what_it_is():

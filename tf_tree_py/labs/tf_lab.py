@@ -77,6 +77,12 @@ A lab prints its table and the law that the table shows, and draws its picture a
 PNG and SVG. All labs run without ROS. With --ros, those marked so run over DDS
 between their own processes, on this machine only and in a DDS domain of their own."""
 
+_EXAMPLES = (
+    ('tf_lab', 'the list'),
+    ('tf_lab latency', 'one, with its picture'),
+    ('tf_lab latency --ros', 'over DDS'),
+)
+
 
 def _work(argv: Sequence[str]) -> int:
     arguments = _parser().parse_args(argv)
@@ -97,7 +103,7 @@ def _work(argv: Sequence[str]) -> int:
 
 
 def _parser() -> Parser:
-    parser = Parser(NAME, _DESCRIPTION)
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES)
     parser.add_argument('lab', nargs='?', metavar='NAME', help='which experiment')
     parser.add_argument('--ros', action='store_true', help='over DDS, between processes')
     parser.add_argument('--out', type=Path, metavar='DIR',

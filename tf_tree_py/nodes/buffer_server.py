@@ -31,6 +31,11 @@ SETTINGS = (
 _DESCRIPTION = f"""\
 Subscribes to /tf and /tf_static, and serves the lookups of BufferClients (of tf2 or of this
 package) as the action {ACTION_NAME} (tf2_msgs/action/LookupTransform)."""
+_EXAMPLES = (
+    ('buffer_server', 'two minutes of history'),
+    ('buffer_server --ros-args -p buffer_size:=30 -p max_age:=0.5',
+     '30 s, and no latest older than 0.5 s'),
+)
 
 
 class BufferServerNode(ClosingNode):
@@ -62,7 +67,7 @@ class BufferServerNode(ClosingNode):
         return TransformDiagnostics(self.buffer, self).close
 
 
-main = main_of(NAME, _DESCRIPTION, SETTINGS, BufferServerNode)
+main = main_of(NAME, _DESCRIPTION, _EXAMPLES, SETTINGS, BufferServerNode)
 
 
 if __name__ == '__main__':

@@ -35,6 +35,12 @@ source without a jump, no faster than max_speed and max_turn_rate. A source that
 or moves differently from the others, is replaced automatically; the log and /diagnostics
 report that. With prefer the edge returns to a better source that is steady again. The sources
 must not publish the edge themselves. Press Ctrl-C to stop."""
+_EXAMPLES = (
+    ('edge_switch --ros-args -p sources:=[wheel,vo]',
+     'odom -> base_link, from wheels or a camera'),
+    ('edge_switch --ros-args -p sources:=[wheel,vo] -p prefer:=[vo]',
+     'back to the camera once it is steady'),
+)
 
 SOURCES = Setting(
     'sources', ['wheel', 'vo'], 'names of the sources; the first is preferred at the start')
@@ -216,7 +222,8 @@ def _checked_order(prefer: list[str], names: list[str]) -> list[str]:
     return prefer
 
 
-main = main_of(NAME, _DESCRIPTION, (SOURCES, *SETTINGS, *settings_of(['NAME'])), EdgeSwitch)
+main = main_of(NAME, _DESCRIPTION, _EXAMPLES, (SOURCES, *SETTINGS, *settings_of(['NAME'])),
+               EdgeSwitch)
 
 
 if __name__ == '__main__':

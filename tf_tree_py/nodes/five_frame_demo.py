@@ -29,6 +29,10 @@ Shows a robot of five frames and where its gripper is, in one terminal.
 A publisher sends the transforms over DDS, as five_frame_publisher does; a listener
 receives them and looks up the gripper, as five_frame_listener does. The true motion
 is known here, so every answer is compared with it. Press Ctrl-C to stop."""
+_EXAMPLES = (
+    ('five_frame_demo', 'until Ctrl-C'),
+    ('five_frame_demo --seconds 5 --ros-args -p rate_hz:=10', 'ten lines a second, for 5 s'),
+)
 
 _INTRODUCTION = """\
 Live over DDS: the pose of a moving robot's gripper in the world, at the time of each line.
@@ -80,7 +84,8 @@ class DemoListener(FiveFrameListener):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe((*PUBLISHER_SETTINGS, *ASKING)))
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES,
+                    epilog=describe((*PUBLISHER_SETTINGS, *ASKING)))
     parser.add_argument('--seconds', type=positive_number, metavar='N',
                         help='stop after this many seconds')
     arguments = parser.parse_args(parser.own_arguments(argv))

@@ -34,6 +34,11 @@ Each line is a lookup of the current time, so it waits until every edge on the p
 for that time. The age is the time that it waited. You may start this before or after the
 publisher.
 Press Ctrl-C to stop."""
+_EXAMPLES = (
+    ('five_frame_listener', 'the gripper in the world'),
+    ('five_frame_listener --ros-args -p target_frame:=odom -p source_frame:=camera',
+     'another pair of frames'),
+)
 
 ASKING = (
     Setting('rate_hz', 2.0, 'how often to look up the pose, Hz', (0.01, 100.0)),
@@ -132,7 +137,7 @@ class FiveFrameListener(ClosingNode):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES, epilog=describe(SETTINGS))
     parser.parse_args(parser.own_arguments(argv))
     return run(NAME, argv, _work)
 

@@ -27,6 +27,10 @@ odom -> base_link drives a circle, base_link -> gripper is an arm that reaches o
 and back, and world -> odom drifts slowly, as a localiser's correction does. These
 three are published on /tf, each with the stamp at which it is true. base_link -> camera
 is a calibration: it is published once, on /tf_static. Press Ctrl-C to stop."""
+_EXAMPLES = (
+    ('five_frame_publisher', '50 Hz'),
+    ('five_frame_publisher --ros-args -p drive_rate_hz:=500 -p lap_time_s:=5', 'faster'),
+)
 
 _RATES = (0.1, 1000.0)
 
@@ -97,7 +101,7 @@ def _frames(values: Values) -> Frames:
     return Frames(*names)
 
 
-main = main_of(NAME, _DESCRIPTION, SETTINGS, FiveFramePublisher)
+main = main_of(NAME, _DESCRIPTION, _EXAMPLES, SETTINGS, FiveFramePublisher)
 
 
 if __name__ == '__main__':

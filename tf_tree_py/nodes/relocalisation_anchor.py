@@ -44,6 +44,11 @@ estimate. The published transform blends to the new estimate without a jump, no 
 max_speed and max_turn_rate. Until the blend ends, it differs from the estimate, which takes
 long if the robot was carried away: /diagnostics has how far it still is, and with jump_above it
 jumps instead. Nothing is published until two poses agree. Press Ctrl-C to stop."""
+_EXAMPLES = (
+    ('relocalisation_anchor --ros-args -r pose:=/amcl_pose', 'from the poses of AMCL'),
+    ('relocalisation_anchor --ros-args -r pose:=/tag_pose -p frame:=camera',
+     'from a tag that the camera sees'),
+)
 
 SETTINGS = (
     Setting('map_frame', 'map', 'the frame of the poses, and the parent of what is published'),
@@ -208,7 +213,7 @@ class RelocalisationAnchor(ClosingNode):
             known.cancel()
 
 
-main = main_of(NAME, _DESCRIPTION, SETTINGS, RelocalisationAnchor)
+main = main_of(NAME, _DESCRIPTION, _EXAMPLES, SETTINGS, RelocalisationAnchor)
 
 
 if __name__ == '__main__':

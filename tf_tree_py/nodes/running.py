@@ -96,12 +96,13 @@ def run(prog: str, argv: Sequence[str] | None, work: Callable[[Future], None]) -
     return endings.run(prog, with_ros, argv, endings.FINE)
 
 
-def main_of(prog: str, description: str, settings: Sequence[Setting], make: Callable[[], Node]
-            ) -> Callable[..., int]:
+def main_of(prog: str, description: str, examples: Sequence[tuple[str, str]],
+            settings: Sequence[Setting], make: Callable[[], Node]) -> Callable[..., int]:
     """
     Return the ``main`` of an executable that spins one node, and has no arguments of its own.
 
-    :param settings: its parameters, for the help.
+    :param examples: command lines, each with a description, for the help.
+    :param settings: its parameters, likewise.
     """
     def main(argv: Sequence[str] | None = None) -> int:
         """
@@ -109,7 +110,7 @@ def main_of(prog: str, description: str, settings: Sequence[Setting], make: Call
 
         :param argv: the whole command line; None: that of this process.
         """
-        parser = Parser(prog, description, epilog=describe(settings))
+        parser = Parser(prog, description, examples, epilog=describe(settings))
         parser.parse_args(parser.own_arguments(argv))
         return run(prog, argv, lambda ended: spin(make(), ended))
 

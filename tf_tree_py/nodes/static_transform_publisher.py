@@ -42,6 +42,12 @@ Publishes transforms that never change on /tf_static, also to late subscribers.
 The transform takes coordinates in the child frame to coordinates in the parent: it is
 the pose of the child in the parent. Omitted values are 0, except that qw is 1."""
 
+_EXAMPLES = (
+    ('static_transform_publisher --x 0.25 --z 0.5 --pitch 0.26 --frame-id base_link '
+     '--child-frame-id camera', 'one'),
+    ('static_transform_publisher --yaml mounts.yaml', 'all of a file'),
+)
+
 _EPILOG = """\
 A file for --yaml has one line for each transform, with the same keywords:
 
@@ -131,7 +137,8 @@ def work(ended: Future, transforms: Sequence[StaticTransform], old_form: bool) -
 
 
 def _parser() -> Parser:
-    parser = Parser(NAME, _DESCRIPTION, epilog=_EPILOG, usage=_USAGE, argument_default=SUPPRESS)
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES, epilog=_EPILOG, usage=_USAGE,
+                    argument_default=SUPPRESS)
     for names, meaning in (
             (TRANSLATION, 'translation, metres'),
             (QUATERNION, 'rotation, a quaternion of any length but zero'),

@@ -249,25 +249,23 @@ class FleetEchoes:
 
 _DESCRIPTION = """\
 Republishes one robot's transforms on the topics that all robots share, with a prefix
-before its frames. Run one relay in each robot's namespace:
-
-  tf_relay --ros-args -r __ns:=/robot1 -p frame_prefix:=robot1/ -p shared_frames:=[map]
-
-This relay subscribes to /robot1/tf and /robot1/tf_static. The robot's odom becomes
-robot1/odom on /tf, and map stays map. To send the transforms to a fleet over Zenoh, for
-FleetListener and tf_view --fleet:
-
-  tf_relay --zenoh tcp/hall:7447 --robot robot7
-
-To publish all robots of a fleet on the topics of another network, for example for RViz:
-
-  tf_relay --from-zenoh tcp/hall:7447
+before its frames. Run one relay in each robot's namespace: in that of /robot1 it subscribes to
+/robot1/tf and /robot1/tf_static. The robot's odom becomes robot1/odom on /tf, and map stays map.
+It can also send the transforms to a fleet over Zenoh, for FleetListener and tf_view --fleet, or
+publish all robots of a fleet on the topics of another network, for example for RViz.
 
 Moving transforms can be sent at a lower rate (rate_hz, rates). The first one after a pause
 is sent immediately, and then the newest one when it is due, so the last pose always arrives.
 They can also be sent only after they moved (min_move, min_turn) or after max_silence. Static
 transforms are sent immediately and completely, also to late subscribers. Transforms that a
 buffer would refuse are not sent, and the log gives the reason. Press Ctrl-C to stop."""
+
+_EXAMPLES = (
+    ('tf_relay --ros-args -r __ns:=/robot1 -p frame_prefix:=robot1/ -p shared_frames:=[map]',
+     'with a prefix'),
+    ('tf_relay --zenoh tcp/hall:7447 --robot robot7', 'to a fleet'),
+    ('tf_relay --from-zenoh tcp/hall:7447', 'from a fleet'),
+)
 
 
 Topics = Mapping[str, str]
@@ -355,7 +353,7 @@ def _refuse_own_output(source: str, target: str, static_source: str, static_targ
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return its exit status."""
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES, epilog=describe(SETTINGS))
     for setting in OPTIONS:
         parser.add_argument(f'--{setting.name.replace("_", "-")}', help=setting.meaning)
     given = vars(parser.parse_args(parser.own_arguments(argv)))

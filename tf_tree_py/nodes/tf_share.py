@@ -59,6 +59,11 @@ this machine. They look up in it as in a buffer of their own, and need not recei
   SharedTree()                     without ROS
 
 Only one process can share the same topics of a domain. Press Ctrl-C to stop."""
+_EXAMPLES = (
+    ('tf_share', 'share /tf and /tf_static'),
+    ('tf_share --ros-args -p buffer_size:=30', 'with 30 s of history'),
+    ('tf_share --status', 'who shares what on this machine'),
+)
 
 
 class SharingBuffer(Buffer):
@@ -128,7 +133,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     :param argv: the whole command line; None: that of this process.
     """
-    parser = Parser(NAME, _DESCRIPTION, epilog=describe(SETTINGS))
+    parser = Parser(NAME, _DESCRIPTION, _EXAMPLES, epilog=describe(SETTINGS))
     share_status.add_arguments(parser)
     given = parser.parse_args(parser.own_arguments(argv))
     if given.status:

@@ -103,6 +103,10 @@ files that it includes are watched too. Press Ctrl-C to stop.
 Joints that mimic others follow them. The positions of a planar joint are called NAME/x,
 NAME/y and NAME/theta in the joint states; those of a floating joint are called NAME/trans_x,
 ..., NAME/rot_w. Joints that a message does not name stay where they were."""
+_EXAMPLES = (
+    ('--urdf arm.urdf', 'from a file, read again when it is edited'),
+    ('--urdf arm.xacro prefix:=left_', 'from xacro, with an argument'),
+)
 
 _DESCRIBED = 'robot_description'
 SETTINGS = (
@@ -313,7 +317,8 @@ def _split(argv: Sequence[str]) -> tuple[list[str], dict[str, str]]:
 
 def main(argv: Sequence[str] | None = None, name: str = NAME) -> int:
     """Run the executable under a name, also the node's; return its exit status."""
-    parser = Parser(name, _DESCRIPTION, epilog=describe(SETTINGS))
+    examples = [(f'{name} {arguments}', what) for arguments, what in _EXAMPLES]
+    parser = Parser(name, _DESCRIPTION, examples, epilog=describe(SETTINGS))
     parser.add_argument('--urdf', metavar='FILE',
                         help='read the robot from a file, and reload it when the file is edited; '
                         'after a file that ends in .xacro, NAME:=VALUE is its argument')
