@@ -119,6 +119,30 @@ def test_frames_are_listed_as_by_tf2_also_after_a_clear(program):
     assert 'Frame base exists with parent NO_PARENT.' in ours.stdout, ours.stderr
 
 
+LATEST_COMMON_TIMES = """
+    from geometry_msgs.msg import TransformStamped
+    import tf2_ros
+
+    buffer = tf2_ros.Buffer()
+    for parent, child in ('map', 'odom'), ('island', 'hut'):
+        edge = TransformStamped(child_frame_id=child)
+        edge.header.frame_id, edge.header.stamp.sec = parent, 5
+        buffer.set_transform(edge, 'me')
+    for frames in ('map', 'odom'), ('odom', 'hut'), ('map', 'nowhere'), ('/map', 'odom'):
+        try:
+            print(buffer.get_latest_common_time(*frames))
+        except tf2_ros.TransformException as error:
+            print(type(error).__name__)
+"""
+
+
+def test_latest_common_time_raises_the_classes_of_tf2(program):
+    ours = run('-m', 'tf_tree_py.dropin', '--force', program(LATEST_COMMON_TIMES))
+    assert ours.stdout.splitlines()[1:] == [
+        'TransformException', 'LookupException', 'InvalidArgumentException'], ours.stderr
+    assert ours.stdout == run_with_tf2(LATEST_COMMON_TIMES)
+
+
 def test_chain_of_tf2_lacks_frames():
     """As docs/deviations.md states about tf2's: it ends before the fixed frame, or has gaps."""
     said = json.loads(run_with_tf2("""

@@ -3,12 +3,14 @@
 
 """The methods of tf2_py.BufferCore, by their own names."""
 
+from geometry_msgs.msg import Transform, TransformStamped
 import pytest
 from rclpy.clock import ClockChange, TimeJump
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.time import Time
 from ros_helpers import at, simulated_clock, with_a_lamp
+from tf2_msgs.msg import TFMessage
 from tf_tree_py import Buffer, LookupException, Pose
 from tf_tree_py.ros.messages.convert import transform_stamped
 
@@ -35,6 +37,17 @@ def test_latest_common_time_names_itself_and_not_a_lookup(buffer):
     with pytest.raises(LookupException, match=(
             '^"nowhere" passed to get_latest_common_time argument source_frame does not exist')):
         buffer.get_latest_common_time('map', 'nowhere')
+
+
+@pytest.mark.parametrize(('given', 'what_to_do'), [
+    ([TransformStamped()], 'this is a list: call set_transform for each of its items'),
+    ((), 'this is a tuple: call set_transform for each of its items'),
+    (TFMessage(), 'this is a TFMessage: call set_transform for each of its transforms'),
+    (None, 'this is a NoneType$'), (Transform(), 'this is a Transform$')])
+def test_what_is_no_single_transform_is_refused_with_what_to_call(buffer, given, what_to_do):
+    for insert in buffer.set_transform, buffer.set_transform_static:
+        with pytest.raises(TypeError, match=f'^a TransformStamped is needed, and {what_to_do}'):
+            insert(given, 'me')
 
 
 # --- of tf2_ros.Buffer

@@ -291,3 +291,12 @@ def test_velocity_says_what_moves_and_in_whose_axes(frame_and_linear):
     assert moved == message
     twists = buffer.lookup_twist_many('base', 'odom', [at(2)], interval, reference_frame=frame)
     assert twists[0] == expected
+
+
+@pytest.mark.parametrize(('cls', 'other'), [
+    (PoseStamped, 'do_transform_pose_stamped'),
+    (msg.PoseWithCovarianceStamped, 'do_transform_pose_with_covariance_stamped')])
+def test_a_pose_with_a_header_is_refused_with_what_to_call(cls, other):
+    with pytest.raises(TypeError, match=f'this is a {cls.__name__}: call {other}, or'):
+        functions.do_transform_pose(cls(), BY_HAND)
+    assert getattr(functions, other)(cls(), BY_HAND).header == BY_HAND.header

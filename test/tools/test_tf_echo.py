@@ -25,8 +25,9 @@ def test_answers_come_at_a_rate_of_recorded_time(bag):
     lines = done.stdout.splitlines()
     assert (done.returncode, len(lines)) == (0, 9)
     assert lines[3].startswith('1700000003.500000000  age      4.3 ms  xyz  ')
-    many = tool('tf_echo', 'map', 'lidar', '--bag', bag, '--rate', '10').stdout.splitlines()
-    assert len(many) > 75
+    many = tool('tf_echo', 'map', 'lidar', '--bag', bag, '--rate', '10').stdout
+    assert len(many.splitlines()) > 75
+    assert tool('tf_echo', 'map', 'lidar', '10', '--bag', bag).stdout == many  # as in tf2_echo
 
 
 def test_explanation_has_the_path_and_each_edge(bag):
@@ -106,6 +107,8 @@ def test_hint_is_a_line_of_its_own(tmp_path):
     (['map', 'lidar', '--rate', '0'], "'0' is not a number greater than zero"),
     (['map', 'lidar', '--rate', '1e-300'], "'1e-300' is not a number from 1e-9 to 1e9"),
     (['map', 'lidar', '--seconds', '1e300'], "'1e300' is not a number from 1e-9 to 1e9"),
+    (['map', 'lidar', '10', '--rate', '5'], '10 and --rate 5: give one rate'),
+    (['map', 'lidar', 'base'], "'base' is not a number"),
     (['map', 'lidar', '--max-age', '0'], "'0' is not a number greater than zero"),
     (['map', 'lidar', '--max-age', '1', '--at', '3'],
      '--max-age concerns the present, and not --at: omit one of them'),

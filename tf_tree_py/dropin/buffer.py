@@ -24,6 +24,7 @@ import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.task import Future
+from rclpy.time import Time
 from tf_tree_py.beyond.freshness.queries import NewestPose
 from tf_tree_py.beyond.motion.twist import ORIGIN, Velocity
 from tf_tree_py.core.errors import (
@@ -336,6 +337,17 @@ class BufferCore(OurBuffer):
         if not return_debug_tuple:
             return bool(can)
         return (1, '') if can else self.can_transform_full_core(*times)
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
+        """
+        Return the newest time for which all edges between two frames have data.
+
+        :raises TransformException: the frames are not connected; the base class, as in tf2.
+        """
+        try:
+            return super().get_latest_common_time(target_frame, source_frame)
+        except ConnectivityException as error:
+            raise TransformException(error.describe(), hint=error.hint) from None
 
     # --- methods of tf2 only
 

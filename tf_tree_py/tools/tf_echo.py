@@ -14,6 +14,7 @@ from tf_tree_py.command.arguments import (
     console,
     fits,
     Parser,
+    positive_number,
     print_json_line,
     shown,
     table,
@@ -45,12 +46,14 @@ received. Press Ctrl-C to stop."""
 
 _EXAMPLES = (
     ('tf_echo map base_link', 'once a second, until Ctrl-C'),
+    ('tf_echo map base_link 10', 'ten times a second'),
     ('tf_echo map base_link --once --explain', 'the path, and the age of each edge'),
     ('tf_echo map base_link --bag run.mcap', 'every second of a recording'),
     ('tf_echo map base_link --once --max-age 0.5', 'does the chain still arrive?'),
     ('tf_echo map camera --bag run.mcap --at 1700000000.25 --as all', 'at a stamp'),
 )
 _PATIENCE_S = 10.0
+_RATE = 1.0
 
 
 def _parser() -> Parser:
@@ -59,7 +62,10 @@ def _parser() -> Parser:
                         help='the frame to express the pose in')
     parser.add_argument('source', metavar='SOURCE', type=frame,
                         help='the frame whose pose is printed')
-    add_number(parser, '--rate', 1.0, 'lookups per second, in a recording of its own time')
+    parser.add_argument('rate_of_tf2', metavar='RATE', nargs='?', type=positive_number,
+                        help='the same as --rate, as in tf2_echo')
+    add_number(parser, '--rate', None,
+               f'lookups per second, in a recording of its own time (default {_RATE:g})')
     parser.add_argument('--once', action='store_true',
                         help='stop after the first answer; in a recording, print only the last')
     parser.add_argument('--at', metavar='STAMP', type=stamp, default=LATEST,
@@ -95,9 +101,16 @@ def _work(argv: Sequence[str]) -> int:
 
 
 def _check(arguments: Namespace) -> None:
+    if arguments.rate_of_tf2 is not None and arguments.rate is not None:
+        raise Cannot(f'{arguments.rate_of_tf2:g} and --rate {arguments.rate:g}: give one rate')
     for option, is_given in (('--at', arguments.at != LATEST), ('--bag', arguments.bag)):
         if is_given and arguments.max_age is not None:
             raise Cannot(f'--max-age concerns the present, and not {option}: omit one of them')
+
+
+def _rate(arguments: Namespace) -> float:
+    rate: float = arguments.rate_of_tf2 or arguments.rate or _RATE
+    return rate
 
 
 def _max_age(arguments: Namespace) -> int | None:
@@ -113,7 +126,7 @@ def _asked(tree_input: TreeInput, arguments: Namespace) -> Iterator[Explanation]
     if arguments.once or arguments.at != LATEST:
         yield from _one(tree_input, arguments, ask)
         return
-    period, begin = 1.0 / arguments.rate, time.monotonic()
+    period, begin = 1.0 / _rate(arguments), time.monotonic()
     while True:
         more = tree_input.watch(period)
         yield ask()

@@ -151,7 +151,10 @@ def as_sample(message: TransformStamped) -> Sample:
 
 def as_moving_sample(message: TransformStamped) -> Sample | ImpossibleStamp:
     """Return the same, or the stamp if it is impossible, which is no fault of a static one."""
-    header = message.header
+    try:
+        header = message.header
+    except AttributeError:
+        raise TypeError(_no_transform(message)) from None
     time = header.stamp
     try:
         sec, nanosec = time.sec, time.nanosec
@@ -162,6 +165,15 @@ def as_moving_sample(message: TransformStamped) -> Sample | ImpossibleStamp:
         return ImpossibleStamp(parent, child, sec, nanosec)
     return Sample(parent, child, sec * NANOSECONDS_PER_SECOND + nanosec,
                   _pose_tuple(message.transform))
+
+
+def _no_transform(given: object) -> str:
+    what = f'a TransformStamped is needed, and this is a {type(given).__name__}'
+    if isinstance(given, list | tuple):
+        return f'{what}: call set_transform for each of its items'
+    if hasattr(given, 'transforms'):
+        return f'{what}: call set_transform for each of its transforms'
+    return what
 
 
 def as_pose(transform: Transform | TransformStamped) -> Pose:

@@ -107,7 +107,16 @@ def do_transform_quaternion(quaternion: QuaternionStamped,
 
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
-    """Return a pose without a header, as tf2's function of this name."""
+    """
+    Return a pose without a header, as tf2's function of this name.
+
+    :raises TypeError: a pose with a header.
+    """
+    if isinstance(pose, PoseStamped | PoseWithCovarianceStamped):
+        name = 'stamped' if isinstance(pose, PoseStamped) else 'with_covariance_stamped'
+        raise TypeError(f'do_transform_pose takes a Pose without a header, as in tf2, and this is '
+                        f'a {type(pose).__name__}: call do_transform_pose_{name}, or '
+                        "buffer.transform(pose, 'map')")
     return geometry.pose(pose, _pose(transform))
 
 
