@@ -185,7 +185,9 @@ class BufferCore(OurBuffer):
             variable ``TF_TREE_MAX_AGE``, in seconds, unless it is given.
         :raises ValueError: the variable is not a number of seconds.
         """
-        super().__init__(cache_time, node, **{'max_age': _max_age(), **options})
+        if 'max_age' not in options:
+            options['max_age'] = _max_age()
+        super().__init__(cache_time, node, **options)
         self._spinning_threads: dict[SpinningThread, _CatchUp] = {}
         self.timeouts.call_back = self._call_back
         # tf2's timeouts end also where no node publishes /clock.

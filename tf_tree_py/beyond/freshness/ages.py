@@ -16,12 +16,11 @@ from typing import NamedTuple, SupportsIndex
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import (
     ArgumentTypeException,
-    Blocker,
     ExtrapolationException,
     Hint,
     InvalidArgumentException,
 )
-from tf_tree_py.core.stamp import FOREVER, format_span, UNLIMITED
+from tf_tree_py.core.stamp import format_span, UNLIMITED
 from tf_tree_py.core.text import listed
 
 # How many of the other edges an error lists.
@@ -81,8 +80,8 @@ class StaleException(ExtrapolationException):
         return super()._query()
 
 
-def stale(stamp: int, now: int, max_age: int, ages: Sequence[EdgeAge] = (), *,
-          hint: Hint = '', blocked_on: tuple[Blocker, ...] | None = None) -> StaleException:
+def stale(stamp: int, now: int, max_age: int, ages: Sequence[EdgeAge] = (),
+          hint: Hint = '') -> StaleException:
     """
     Return the error of a transform that is too old, or whose age is unknown.
 
@@ -93,7 +92,7 @@ def stale(stamp: int, now: int, max_age: int, ages: Sequence[EdgeAge] = (), *,
     oldest = ages[0] if ages else None
     error = StaleException(
         parent=oldest and oldest.parent, child=oldest and oldest.child,
-        latest=oldest and oldest.stamp, hint=hint, blocked_on=blocked_on)
+        latest=oldest and oldest.stamp, hint=hint)
     error.age = now - stamp if now > 0 else None
     error.max_age, error.ages = max_age, tuple(ages)
     return error
@@ -111,9 +110,9 @@ def check_age(edges: Sequence[MovingHistory], stamp: int, now: int, max_age: int
     if not edges or (now > 0 and now - stamp <= max_age):
         return
     # Those that limit the stamp come first, also if others hold an older sample.
-    order = sorted(edges, key=lambda edge: (_reach_of(edge) > stamp, edge.newest_stamp))
+    order = sorted(edges, key=lambda edge: (_reach_of(edge) > stamp, newest_stamp_of(edge)))
     ages = _ages_of(order, now)
-    error = stale(stamp, now, max_age, ages, hint=partial(_hint, ages, now > 0))
+    error = stale(stamp, now, max_age, ages, partial(_hint, ages, now > 0))
     # An edge that holds its sample may already reach the limit: then any next sample may help.
     late = [edge for edge in edges if _reach_of(edge) < now - max_age] or order
     error.blocked_on = tuple((edge.child, max(now - max_age, stamp + 1)) for edge in late)
@@ -132,14 +131,20 @@ def check_each_age(edges: Sequence[MovingHistory], now: int, max_age: int) -> No
 
 
 def _ages_of(edges: Sequence[MovingHistory], now: int) -> list[EdgeAge]:
-    """Return the ages of edges that have samples."""
+    """Return the ages of edges."""
     return [EdgeAge(str(edge.parent), edge.child, edge.authority, stamp, now - stamp)
-            for edge in edges if (stamp := edge.newest_stamp) is not None]
+            for edge in edges for stamp in [newest_stamp_of(edge)]]
+
+
+def newest_stamp_of(edge: MovingHistory) -> int:
+    """Return the stamp of the newest sample of an edge that is on a path, and so has one."""
+    assert edge.newest_stamp is not None
+    return edge.newest_stamp
 
 
 def _reach_of(edge: MovingHistory) -> int:
-    latest = edge.latest_stamp
-    return FOREVER if latest is None else latest
+    assert edge.latest_stamp is not None
+    return edge.latest_stamp
 
 
 def _hint(ages: Sequence[EdgeAge], has_started: bool, live: bool) -> str:

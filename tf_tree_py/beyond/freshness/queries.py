@@ -5,7 +5,8 @@
 Lookups of the latest that refuse a pose that is too old, and of the newest sample of each edge.
 
 ``_newest`` applies the default of a buffer to all of its lookups of the latest. It is called with
-the lock held, so the age is that of the pose that is returned.
+the lock held, so the age is that of the pose that is returned. The clock is read then, too: it
+must be fast, and must not use the buffer.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +29,7 @@ from tf_tree_py.core.tree.path import pose_in_c
 from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.many_stamps import ManyStampSnapshot
 
-from .ages import check_age, check_each_age, checked_max_age
+from .ages import check_age, check_each_age, checked_max_age, newest_stamp_of
 from ..uncertainty.queries import UncertainQueries
 from ..uncertainty.uncertain import EdgeErrors, errors_at, Uncertain
 
@@ -129,8 +130,7 @@ class FreshQueries(UncertainQueries):
         :param max_age: how old each edge's newest sample may be; see ``lookup``. An edge that
             holds its newest sample for a while gets older only after that.
 
-        It raises the errors of ``lookup``; those of extrapolation only as ``StaleException``, and
-        for an edge that has no sample.
+        It raises the errors of ``lookup``; of those of extrapolation, only ``StaleException``.
         """
         limit = self.max_age if max_age is None else self.checked_limit(max_age)
         return self.observers.watch([asked(target_frame, source_frame, LATEST)],
@@ -239,11 +239,11 @@ class FreshQueries(UncertainQueries):
 
 
 def _newest_stamp(edge: MovingHistory, now: int) -> int:
-    stamp, oldest = edge.newest_stamp, edge.oldest_stamp
-    if stamp is None or oldest is None:
-        raise edge.extrapolation(LATEST)
+    stamp = newest_stamp_of(edge)
+    if edge.takes_samples or now <= 0:
+        return stamp
     # A curve may reach far into the future.
-    return stamp if edge.takes_samples or now <= 0 else max(oldest, min(stamp, now))
+    return max(edge.oldest_stamp or LATEST, min(stamp, now))
 
 
 class FreshBuffer(FreshQueries, PlainBuffer):

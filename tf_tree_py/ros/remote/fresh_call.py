@@ -37,7 +37,7 @@ class FreshCall(LookupCall):
         """
         super().__init__(*call)
         self._max_age, self._now = max_age, now
-        self._stale: StaleException | None = None
+        self._stamp: int | None = None  # of a transform that was too old
         self._awaits = False
 
     def _is_answer(self, transform: TransformStamped) -> bool:
@@ -50,18 +50,24 @@ class FreshCall(LookupCall):
         if (stamp == LATEST or goal.target_frame == goal.source_frame
                 or (now > 0 and now - stamp <= self._max_age)):
             return True
-        self._stale = stale(stamp, now, self._max_age, hint=(
-            f'tf_echo {goal.target_frame} {goal.source_frame} --once --explain shows the age of '
-            'each edge between them' if now > 0 else ''))
+        self._stamp = stamp
         if now <= 0 or self.left_s() <= 0.0:
-            raise self._stale
+            raise self._stale()
         self._awaits, goal.source_time = True, time_message(now - self._max_age)
         return False
 
     def _reason(self, error: TransformException) -> TransformException:
-        if self._stale is None or not isinstance(error, ExtrapolationException | TimeoutException):
-            return error
-        self._stale.in_lookup(self._goal.target_frame, self._goal.source_frame, True)
+        is_late = isinstance(error, ExtrapolationException | TimeoutException)
+        return error if self._stamp is None or not is_late else self._stale()
+
+    def _stale(self) -> StaleException:
+        assert self._stamp is not None
+        target_frame, source_frame = self._goal.target_frame, self._goal.source_frame
+        error = stale(self._stamp, self._now(), self._max_age)
+        if error.age is not None:
+            error.hint = (f'tf_echo {target_frame} {source_frame} --once --explain shows the age '
+                          'of each edge between them')
+        error.in_lookup(target_frame, source_frame, True)
         if self._timeout_s > 0.0:
-            self._stale.waited_s = time.monotonic() - self._begin
-        return self._stale
+            error.waited_s = time.monotonic() - self._begin
+        return error
