@@ -80,6 +80,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     from tf_tree_py.ros.topics.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
     from tf_tree_py.ros.topics.joining_buffer import Buffer
     from tf_tree_py.ros.topics.listener import TransformListener
+    from tf_tree_py.ros.topics.pose_feed import PoseSample
     from tf_tree_py.ros.topics.shared_buffer import shared_buffer
     from tf_tree_py.ros.topics.side_topics import CovarianceListener, GyroListener
     from tf_tree_py.shared.errors import SharedTreeException
@@ -95,10 +96,10 @@ __all__ = [
     'GyroListener', 'Incident', 'Interpolation', 'InvalidArgumentException', 'LATEST', 'Linear',
     'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter',
     'NoDataException', 'NotImplementedException', 'PastExtrapolationException', 'Pose',
-    'POSE_COLUMNS', 'Poses', 'RefusedException', 'se3', 'shared_buffer', 'SharedTree',
-    'SharedTreeException', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter', 'StaleException',
-    'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics', 'time_message',
-    'TimeoutException', 'trajectory', 'transform_stamped', 'TransformBroadcaster',
+    'POSE_COLUMNS', 'Poses', 'PoseSample', 'RefusedException', 'se3', 'shared_buffer',
+    'SharedTree', 'SharedTreeException', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter',
+    'StaleException', 'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics',
+    'time_message', 'TimeoutException', 'trajectory', 'transform_stamped', 'TransformBroadcaster',
     'TransformDiagnostics', 'TransformException', 'TransformListener', 'TransformRegistration',
     'TransformWarning', 'TreeFileError', 'TypeException', 'UNLIMITED', 'velocity_stamped',
 ]
@@ -135,6 +136,7 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'ros.topics.broadcaster': 'StaticTransformBroadcaster TransformBroadcaster',
         'ros.topics.joining_buffer': 'Buffer',
         'ros.topics.listener': 'TransformListener',
+        'ros.topics.pose_feed': 'PoseSample',
         'ros.topics.shared_buffer': 'shared_buffer',
         'ros.topics.side_topics': 'CovarianceListener GyroListener',
         'shared.errors': 'SharedTreeException',

@@ -124,6 +124,16 @@ def test_poses_are_taken_where_nothing_else_tells_them(tmp_path):
     assert len(buffer.oddities) == 1
 
 
+def test_a_pose_is_used_although_its_covariance_is_not_set(tmp_path):
+    path = write_ros2(tmp_path / 'run', [
+        driven(covariance=np.zeros((6, 6))), driven(NOW + SECOND, covariance=UNKNOWN)])
+    with pytest.warns(BagWarning, match='it is all zero: the sender did not set it'):
+        buffer = open_bag(path, odometry='/odometry')
+    assert buffer.lookup('odom', 'base', NOW + SECOND // 2).x == 9.0
+    assert not covariance_of(buffer, 'odom', 'base').any()
+    assert buffer.statistics.incidents[Kind.BAD_COVARIANCE] == 2
+
+
 # --- options of open_bag
 
 def test_stretch_of_time_holds_for_covariances_too(tmp_path):

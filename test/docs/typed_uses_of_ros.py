@@ -3,12 +3,23 @@
 
 """The documented types of what needs ROS, for type checkers."""
 
+from collections.abc import Iterator
 from typing import assert_type
 
+import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
-from tf_tree_py import Buffer, BufferClient, convert, StaleException, UNLIMITED
+from tf_tree_py import (
+    Buffer,
+    BufferClient,
+    convert,
+    Pose as PlainPose,
+    PoseSample,
+    StaleException,
+    TransformListener,
+    UNLIMITED,
+)
 
 
 def questions(buffer: Buffer, time: Time, timeout: Duration, debug: bool) -> None:
@@ -56,3 +67,16 @@ class Docking(Node):
         """Use them with futures."""
         await self.buffer.lookup_transform_async('map', 'base', Time(), max_age=limit)
         self.buffer.wait_for_transform_async('map', 'base', Time(), max_age=None)
+
+
+def read_cloud(message: Cloud) -> Iterator[PoseSample]:
+    """Yield the poses of a message of a user's own type."""
+    yield PoseSample('map', 'cloud', Time(), PlainPose(x=1.0))
+    yield PoseSample('map', 'other', 1_000_000_000, np.eye(4), np.eye(6))
+
+
+def topics(listener: TransformListener) -> None:
+    """Subscribe to types with and without a reader."""
+    listener.subscribe(Cloud, 'clouds', lambda message: [], covariances=True, child='base')
+    listener.subscribe(Cloud, 'clouds', read_cloud)
+    listener.subscribe(Cloud, 'clouds', lambda message: None, static=True, qos=1)

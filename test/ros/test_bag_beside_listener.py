@@ -10,7 +10,7 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_helpers import until
 from tf2_msgs.msg import TFMessage
-from tf_tree_py import Buffer, CovarianceListener, load, UNLIMITED
+from tf_tree_py import Buffer, CovarianceListener, load, TransformListener, UNLIMITED
 from tf_tree_py.bag import Covariances, open_bag
 from tf_tree_py.beyond.uncertainty.covariance_history import EdgeCovariances
 from tf_tree_py.core import Kind
@@ -130,11 +130,15 @@ def heard_covariances(node, talker):
     for message in RUN:
         for sample in message.transforms:
             buffer.insert(*sample, static=message.topic == '/tf_static')
-    with CovarianceListener(buffer, node) as listener:
+    with CovarianceListener(buffer, node) as beside, TransformListener(buffer, node) as listener:
         publishers = {}
         for topic, rules in RULES.items():
             cls = PoseWithCovarianceStamped if topic == '/amcl_pose' else Odometry
-            listener.subscribe(cls, topic, qos=QoSProfile(depth=100), **rules)
+            if 'with_poses' in rules:
+                listener.subscribe(cls, topic, child=rules['child'], covariances=True,
+                                   qos=QoSProfile(depth=100))
+            else:
+                beside.subscribe(cls, topic, qos=QoSProfile(depth=100), **rules)
             publishers[topic] = talker.node.create_publisher(cls, topic, 100)
             talker.until_heard(publishers[topic])
         publishers['/tf_static_covariance'] = talker.node.create_publisher(

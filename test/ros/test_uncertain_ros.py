@@ -179,18 +179,6 @@ def test_localisation_that_is_ahead_of_the_transforms_is_kept(buffer, hear):
     hear(stamped(3.0), catch_up, **AMCL)
 
 
-def test_edge_without_transforms_gets_its_poses_too(buffer, hear):
-    hear(odometry(child='eye'), lambda: 'eye' in buffer.frames(), with_poses=True)
-    assert buffer.lookup('odom', 'eye', at(1.5)) == pytest.approx(TURNED)
-    np.testing.assert_allclose(covariance_of(buffer, 'odom', 'eye'), COVARIANCE)
-
-
-def test_pose_is_refused_together_with_its_covariance(buffer, hear):
-    hear(odometry(child='eye', covariance=np.zeros((6, 6))),
-         lambda: buffer.statistics().incidents[Kind.BAD_COVARIANCE], with_poses=True)
-    assert 'eye' not in buffer.frames()
-
-
 UNKNOWN = np.diag([1e-4, 1e-4, 1e6, 1e6, 1e6, 1e-4])
 
 
@@ -217,7 +205,7 @@ def test_what_cannot_be_used_is_counted_and_told(covariance, edge, sentence, buf
 @for_each(subscription_and_sentence=[
     (Imu, {}, 'neither Odometry nor PoseWithCovarianceStamped'),
     (PoseWithCovarianceStamped, {}, 'pass child='),
-    (Odometry, {'edge': ('a', 'b'), 'with_poses': True}, 'is another'),
+    (Odometry, {'edge': ('a', 'b', 'c')}, 'edge is .parent, child.'),
 ])
 def test_options_that_do_not_fit_together_are_refused(subscription_and_sentence, buffer, node):
     cls, options, sentence = subscription_and_sentence

@@ -104,7 +104,7 @@ class RecordedTree(TreeInput):
             if isinstance(found, Incident):
                 self.buffer.intake.refuse(found)
             else:
-                insert_estimate(self.buffer.intake, found, False, authority)
+                insert_estimate(self.buffer.intake, found, authority)
 
     def _note_sources(self) -> None:
         """Notify observers of what the robot's buffers reported of their sources, all at once."""

@@ -17,7 +17,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from tf_tree_py.beyond.uncertainty.insertion import EdgeEstimate, insert_estimate
+from tf_tree_py.beyond.uncertainty.insertion import (
+    EdgeEstimate,
+    insert_estimate,
+    insert_estimated_pose,
+)
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.buffer.intake import Intake
 from tf_tree_py.core.buffer.plain_buffer import DEFAULT_MAX_FRAMES, DEFAULT_MAX_NAME_BYTES
@@ -177,8 +181,8 @@ class Assembler:
 
     def insert_estimate(self, estimate: EdgeEstimate, with_pose: bool, authority: str) -> None:
         """Insert the covariance of an edge from a topic, and its pose if requested."""
-        self.oddities.note_incidents(
-            insert_estimate(self.intake, estimate, with_pose, authority))
+        insert = insert_estimated_pose if with_pose else insert_estimate
+        self.oddities.note_incidents(insert(self.intake, estimate, authority))
 
     def refuse(self, incident: Incident) -> None:
         """Count and record a message that cannot be inserted."""

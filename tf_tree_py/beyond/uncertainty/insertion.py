@@ -54,17 +54,20 @@ class EdgeEstimate(NamedTuple):
     :ivar child: '' if the message does not name it.
     :ivar pose: ``parent_T_child``.
     :ivar covariance: (6, 6), see ``covariances``; (36,) as in the message before it
-        has been checked.
+        has been checked; None: unknown, so the edge keeps its previous one.
+    :ivar fault: why the covariance of the message is not used.
     """
 
     parent: str
     child: str
     stamp: int
     pose: PoseTuple
-    covariance: Array
+    covariance: Array | None
+    fault: Incident | None = None
 
     def of(self, other: str, child_T_other: PoseTuple) -> 'EdgeEstimate':
         """Return the estimate of another frame that is rigidly attached to the child."""
+        assert self.covariance is not None
         pose = se3.compose(self.pose, child_T_other)
         lever = np.subtract(pose[:3], self.pose[:3])
         return EdgeEstimate(self.parent, other, self.stamp, pose,
@@ -93,7 +96,8 @@ class Covariances:
         amcl_pose contains the robot's pose in map, but the uncertain edge is
         ('map', 'odom'). The covariance is then moved to the origin of odom at that time.
         The parent is the message's frame.
-    :ivar with_poses: insert the pose too, for an edge that is not on ``/tf``.
+    :ivar with_poses: insert the pose too, for an edge that is not on ``/tf``; also if the
+        covariance cannot be used.
     :ivar planar: use only x, y and the rotation about z. Drivers of robots on a floor give
         the other components a variance of 1e6, although these are fixed, not unknown.
     :raises ValueError: arguments that contradict each other.
@@ -148,14 +152,20 @@ class Covariances:
             received.stamp, received.pose), authority)
         if isinstance(sample, Incident):
             return sample
+        if received.covariance is None:
+            return EdgeEstimate(*sample, None)
         try:
             covariance = checked_covariance(received.covariance)
         except InvalidArgumentException as error:
-            return _refused(sample, authority, str(error))
-        if self.planar:
-            covariance[_OFF_THE_FLOOR] = covariance[:, _OFF_THE_FLOOR] = 0.0
-        fault = _fault_of(covariance) or self._fault_of_edge(sample.parent)
-        return _refused(sample, authority, fault) if fault else EdgeEstimate(*sample, covariance)
+            fault = str(error)
+        else:
+            if self.planar:
+                covariance[_OFF_THE_FLOOR] = covariance[:, _OFF_THE_FLOOR] = 0.0
+            fault = _fault_of(covariance) or self._fault_of_edge(sample.parent)
+        if not fault:
+            return EdgeEstimate(*sample, covariance)
+        incident = _refused(sample, authority, fault)
+        return EdgeEstimate(*sample, None, incident) if self.with_poses else incident
 
     def _fault_of_edge(self, parent: str) -> str:
         if self.edge is None or self.edge[0] == parent:
@@ -227,7 +237,7 @@ class UncertainBuffer(PlainBuffer):
 
 
 def _insert_uncertain(intake: Intake, sample: Sample, covariance: Array, authority: str,
-                      static: bool) -> list[Incident]:
+                      static: bool, announced: bool = False) -> list[Incident]:
     """Insert a sample and its covariance (6, 6), or neither if one of them is refused."""
     def insert(samples: list[Sample], authority: str, static: bool) -> list[Incident]:
         incidents = intake.insert_each(samples, authority, static)
@@ -237,7 +247,7 @@ def _insert_uncertain(intake: Intake, sample: Sample, covariance: Array, authori
             incidents += refused
         return incidents
 
-    return intake.insert([sample], authority, static, insert)
+    return intake.insert([sample], authority, static, insert, announced=announced)
 
 
 def insert_covariance(intake: Intake, parent: str, child: str, stamp: int, covariance: Array,
@@ -249,11 +259,24 @@ def insert_covariance(intake: Intake, parent: str, child: str, stamp: int, covar
     return refused
 
 
-def insert_estimate(intake: Intake, estimate: EdgeEstimate, with_pose: bool,
-                    authority: str) -> list[Incident]:
-    """Insert an edge's covariance from a topic, and on request its pose too."""
-    parent, child, stamp, pose, covariance = estimate
-    if with_pose:
-        return _insert_uncertain(
-            intake, Sample(parent, child, stamp, pose), covariance, authority, False)
+def insert_estimate(intake: Intake, estimate: EdgeEstimate, authority: str) -> list[Incident]:
+    """Insert an edge's covariance from a topic; its poses are inserted separately."""
+    parent, child, stamp, _, covariance, _ = estimate
+    assert covariance is not None
     return insert_covariance(intake, parent, child, stamp, covariance, authority)
+
+
+def insert_estimated_pose(intake: Intake, estimate: EdgeEstimate, authority: str, *,
+                          static: bool = False, announced: bool = False) -> list[Incident]:
+    """
+    Insert the pose of an edge from a topic, and its covariance if it is known.
+
+    :param announced: whether observers know of the pose.
+    """
+    parent, child, stamp, pose_tuple, covariance, fault = estimate
+    pose = Sample(parent, child, stamp, pose_tuple)
+    if covariance is not None:
+        return _insert_uncertain(intake, pose, covariance, authority, static, announced)
+    incidents = [] if fault is None else [fault]
+    intake.refuse(*incidents)
+    return incidents + intake.insert([pose], authority, static, announced=announced)

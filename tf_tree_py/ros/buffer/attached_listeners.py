@@ -32,11 +32,12 @@ class AttachedListeners:
     """
     All listeners that fill one buffer.
 
-    All methods may be called from any thread. The length is the number of listeners to /tf.
+    All methods may be called from any thread. The length is the number of listeners to transforms.
 
     :ivar watch: the buffer's clock; listeners lend it their clocks.
     :ivar log: the log of what is wrong with arriving messages.
-    :ivar side_listeners: the number of listeners to other topics.
+    :ivar side_listeners: the number of listeners to what is beside transforms.
+    :ivar topics: the full names of the topics from which it was ever filled.
     """
 
     def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch,
@@ -53,6 +54,7 @@ class AttachedListeners:
         self.watch = watch
         self._count = 0
         self.side_listeners = 0
+        self.topics: dict[str, None] = {}
         self._to_spin: list[NodeToSpin] = []
         # Not their identifiers, which are reused by later threads.
         self._threads: weakref.WeakSet[threading.Thread] = weakref.WeakSet()

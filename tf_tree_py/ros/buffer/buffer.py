@@ -173,7 +173,9 @@ class Buffer(Lookups):
 
     def _nothing_yet(self) -> str:
         if len(self.feeds):
-            return (f'{nothing_yet()}: does any node publish on /tf or /tf_static with the same '
+            *topics, last = self.feeds.topics or ['/tf']
+            where = f'{", ".join(topics)} or {last}' if topics else last
+            return (f'{nothing_yet()}: does any node publish on {where} with the same '
                     'ROS_DOMAIN_ID? tf_doctor also reports publishers whose quality of service '
                     'does not match')
         if self.feeds.side_listeners:  # covariances may have arrived

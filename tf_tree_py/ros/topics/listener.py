@@ -3,34 +3,20 @@
 
 """Fills a buffer from /tf and /tf_static."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection
 import functools
-from typing import Any, cast
+from typing import cast, TYPE_CHECKING, TypeVar
 import weakref
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.event_handler import UnsupportedEventTypeError
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from tf2_msgs.msg import TFMessage
 from tf_tree_py.core.closable import Closable
-from tf_tree_py.core.messages.incidents import Incident
-from tf_tree_py.core.messages.message_layout import Rename, STEP
-from tf_tree_py.core.messages.observers import ReceivedMessage
-from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.core.messages.wire import WireReader
 from tf_tree_py.frame_names import FrameFilter, rename
 
-from .endpoints import clock_publishers, DuplicatePublishers, PublisherNames
-from .qos import (
-    dynamic_qos,
-    mismatches,
-    overriding,
-    static_listener_qos,
-    TF_STATIC_TOPIC,
-    TF_TOPIC,
-)
+from .endpoints import clock_publishers
+from .feed import Feed, TransformFeed
+from .qos import dynamic_qos, sensor_qos, static_listener_qos, TF_STATIC_TOPIC, TF_TOPIC
 from .reception import reception_of
 from .spinner import Spinner
 from ..buffer.buffer import Buffer
@@ -40,11 +26,15 @@ from ..threads.internal_node import internal_node, is_alive, node_of_its_own, US
 from ..threads.receiver import Receiver
 from ..waiting.clock import RosClock
 
+if TYPE_CHECKING:
+    from .pose_feed import Said
+
+Message = TypeVar('Message')
+
 NAME = 'transform_listener_impl'
 """The name of the small nodes of listeners, without its hidden prefix and random digits."""
-# Reading a layout for the first time, and adding its frames, takes some 20 us a transform. Larger
-# messages than the first number of bytes are read in steps; up to the second number may wait.
-_LARGE_BYTES, MOST_WAITING_BYTES = 100_000, 16_000_000
+# Of messages that are read in steps.
+MOST_WAITING_BYTES = 16_000_000
 
 
 class TransformListener(Closable):
@@ -101,7 +91,7 @@ class TransformListener(Closable):
         lives_with_node = node is not None
         home = None if node is not None else self._make_home(node, spin_thread)
         self.node = node = node or cast(Node, home)
-        self.buffer = buffer
+        self.buffer, self._names = buffer, names
         self._receiver: Receiver | None = None
         topics = [(tf_topic, False, qos or dynamic_qos()),
                   (tf_static_topic, True, static_qos or static_listener_qos())]
@@ -121,9 +111,10 @@ class TransformListener(Closable):
         # Static transforms have no stamps, so they must stay in order; an executor of the user
         # has no time between messages.
         backlog = Backlog(MOST_WAITING_BYTES)
-        feeds = [Feed(buffer, self._home, topic, static, profile, names, self._spinner,
-                      backlog if spin_thread and not static else None)
-                 for topic, static, profile in resolved if not self.joined]
+        feeds: list[Feed] = [
+            TransformFeed(buffer, self._home, topic, static, profile, names, self._spinner,
+                          backlog if spin_thread and not static else None)
+            for topic, static, profile in resolved if not self.joined]
         self._feeds: list[Feed] | None = feeds
         clock = RosClock(self._home.get_clock(), node.context,
                          functools.partial(clock_publishers, self._home))
@@ -142,6 +133,44 @@ class TransformListener(Closable):
                 # The node's callback list references self: it lives as long as the node, as tf2's.
                 node.add_post_set_parameters_callback(self._switch_clock)
                 weakref.finalize(self, self._receiver.stop)
+
+    def subscribe(self, msg_type: type[Message], topic: str,
+                  read: 'Callable[[Message], Said] | None' = None, *, parent: str | None = None,
+                  child: str | None = None, static: bool = False, covariances: bool = False,
+                  planar: bool = False, qos: QoSProfile | int | None = None) -> None:
+        """
+        Also fill the buffer with the poses that the messages of a topic carry.
+
+        The prefixes and the filter of this listener apply to them, too.
+
+        :param msg_type: such as ``Odometry``.
+        :param read: returns what a message says: a ``PoseSample``, several, or None. It is called
+            in the thread that reads. None for ``Odometry``, ``PoseStamped``,
+            ``PoseWithCovarianceStamped`` and ``TransformStamped``.
+        :param parent: the frame in whose coordinates the poses are; None: the messages name it.
+        :param child: the frame whose poses they are; None: the messages name it.
+        :param static: whether the poses are valid at all times.
+        :param covariances: use the covariances of the messages, too; one that cannot be used, such
+            as one of zeros, is reported, and its pose is used.
+        :param planar: of these, use only x, y and the rotation about z; see ``Covariances``.
+        :param qos: best effort unless given, which matches every publisher; of a static topic,
+            reliable and transient local.
+        :raises ValueError: a type without a reader, or messages that do not name their child.
+        :raises SharedTreeException: the buffer shows the tree of another process.
+        :raises RuntimeError: the listener is closed.
+        """
+        from .pose_feed import PoseFeed, reader_of  # it imports messages that few programs need
+        self.buffer.check_receives('TransformListener.subscribe')
+        feeds = self._feeds
+        if feeds is None:
+            raise RuntimeError('TransformListener.subscribe: this listener is closed')
+        feeds.append(PoseFeed(
+            self.buffer, self._home, self.node.resolve_topic_name(topic), static,
+            qos or (static_listener_qos() if static else sensor_qos()), self._names,
+            self._spinner, msg_type, read or reader_of(msg_type, child), (parent, child),
+            planar if covariances else None))
+        if self._receiver is not None:
+            self._receiver.wake()
 
     def close(self) -> None:
         """Stop listening; the contents of the buffer stay."""
@@ -192,102 +221,3 @@ def _every_second(buffer: Buffer, feeds: 'list[Feed]') -> None:
     # As long as anything waits, orphans too, the thread does not gather messages.
     buffer.timeouts.forget_orphans()
     buffer.feeds.log.write_counts()
-
-
-class Feed:
-    """Stores the messages of one topic in the buffer."""
-
-    def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool, qos: QoSProfile | int,
-                 names: Rename, spinner: Spinner, backlog: Backlog | None = None) -> None:
-        """
-        Begin to receive.
-
-        :param backlog: gets large messages of new layouts; None: they are read at once.
-        """
-        self._buffer = buffer
-        self._node = node
-        self._static = static
-        self._spinner = spinner
-        self._backlog = backlog
-        self._reader = WireReader(names, static=static)
-        self._topic = topic
-        self._authority = PublisherNames(node, topic)
-        self._duplicates = DuplicatePublishers(self._authority, static)
-        buffer.feeds.name_later(self._authority.placeholder, self._authority.name)
-        # In a separate callback group: another callback of the node may block on a lookup.
-        subscribe = functools.partial(
-            node.create_subscription, TFMessage, topic, cast('Any', self._receive), qos, raw=True,
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            qos_overriding_options=overriding(node, topic, 'subscription', static))
-        log = buffer.feeds.log
-        try:
-            self._subscription = subscribe(event_callbacks=mismatches(
-                topic, log, self._duplicates.forget_for_a_while))
-        except UnsupportedEventTypeError:  # the middleware does not report who leaves
-            self._subscription = subscribe(event_callbacks=mismatches(topic, log))
-
-    def close(self) -> None:
-        """Stop receiving; needed where the subscription is on the user's node."""
-        self._node.destroy_subscription(self._subscription)
-
-    def report_settled(self) -> None:
-        """Report edges of two publishers, of which it is known by now that none had left."""
-        self._report(self._duplicates.settled())
-
-    def _report(self, rivalries: Iterable[Incident]) -> None:
-        for rivalry in rivalries:
-            self._buffer.feeds.refuse(rivalry)
-
-    def _receive(self, data: bytes, info: Mapping[str, int | None]) -> None:
-        self._spinner.note()
-        batch: Batch | Incident | None = None
-        backlog = self._backlog if len(data) > _LARGE_BYTES else None
-        if backlog is None or not len(backlog):  # large messages keep their order
-            batch = self._reader.read_known(data)
-        is_new = batch is None
-        if batch is None:
-            if backlog is not None:
-                backlog.add(self._receive_in_steps(data), len(data))
-                return
-            batch = self._reader.read_or_refuse(data, self._authority.name())
-        if isinstance(batch, Incident):
-            self._refuse(batch)
-        elif batch.edges or batch.impossible:
-            self._insert(batch, self._announce(batch, is_new))
-            self._report(self._duplicates.judge(batch, info))
-
-    def _receive_in_steps(self, data: bytes) -> Iterator[None]:
-        """
-        Store a large message of a new layout, or one that waits behind such a message.
-
-        Its number is not compared with others: small messages may have overtaken it.
-        """
-        batch = yield from self._reader.read_in_steps(data, self._authority.name())
-        if isinstance(batch, Incident):
-            self._refuse(batch)
-        elif batch.edges or batch.impossible:
-            authority = self._announce(batch, True)
-            for part in batch.parts(STEP):
-                yield
-                self._insert(part, authority)
-
-    def _refuse(self, incident: Incident) -> None:
-        self._buffer.feeds.refuse(*self._authority.correct([incident]))
-
-    def _announce(self, batch: Batch, is_new: bool) -> str:
-        """
-        Notify the observers of a message; return its publisher.
-
-        :param is_new: whether its layout is new. Its publisher may then have started after the
-            last query of the graph, and would be taken for the only one before.
-        """
-        authority = self._authority.present_name() if is_new else self._authority.name()
-        if self._buffer.observers.of_messages:
-            self._buffer.observers.notify_received(ReceivedMessage(
-                batch, self._buffer.now(), self._topic, self._static,
-                '' if authority == self._authority.placeholder else authority))
-        return authority
-
-    def _insert(self, batch: Batch, authority: str) -> None:
-        incidents = self._buffer.insert_batch(batch, authority, self._static, announced=True)
-        self._buffer.feeds.note(self._authority.correct(incidents))

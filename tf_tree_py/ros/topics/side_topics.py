@@ -121,7 +121,8 @@ class CovarianceListener(_Listener):
     """
     A listener that fills a buffer with the covariances of edges.
 
-    The poses of these edges come from ``/tf``, or, with ``with_poses``, from the same messages.
+    The poses of these edges come from ``/tf``, or from the same messages, by
+    ``TransformListener.subscribe``.
 
     It reads in its own thread, on a small node in addition to the user's. It always subscribes to
     the covariances of static edges that ``static_transform_publisher`` publishes; ``subscribe``
@@ -145,18 +146,17 @@ class CovarianceListener(_Listener):
         self.subscribe(Odometry, static_topic, qos=static_listener_qos())
 
     def subscribe(self, msg_type: type, topic: str, *, child: str | None = None,
-                  edge: Edge | None = None, with_poses: bool = False, planar: bool = False,
+                  edge: Edge | None = None, planar: bool = False,
                   qos: QoSProfile | int | None = None) -> None:
         """
         Read the covariances of a topic for an edge.
 
         :param msg_type: ``Odometry`` or ``PoseWithCovarianceStamped``.
-        :param child: the frame of the pose; for it, ``edge``, ``with_poses`` and ``planar`` see
-            ``Covariances``.
+        :param child: the frame of the pose; for it, ``edge`` and ``planar`` see ``Covariances``.
         :param qos: best effort unless given, which matches every publisher.
         :raises ValueError: arguments that contradict each other.
         """
-        rules = Covariances(child, edge, with_poses, planar)
+        rules = Covariances(child, edge, planar=planar)
         rules.check_type(_TYPE_NAMES.get(msg_type, repr(msg_type)))
         covariances = _CovarianceTopic(self._buffer, topic, rules)
         covariances.authority = self._topics.subscribe(
@@ -185,7 +185,7 @@ class _CovarianceTopic:
 
     def _store(self, estimate: EdgeEstimate) -> None:
         self._buffer.feeds.note(insert_estimate(
-            self._buffer.intake, estimate, self._rules.with_poses, self.authority))
+            self._buffer.intake, estimate, self.authority))
 
     def _store_moved(self, estimate: EdgeEstimate, carrier: str) -> None:
         """Store an estimate for an edge above its frame, once the transform to it is available."""
