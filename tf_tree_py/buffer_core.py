@@ -66,7 +66,9 @@ class AllQueries(FramedQueries, FreshQueries, PredictionQueries, UncertainQuerie
         of its present source from their beginning. It is meant for maps and post-processing.
         """
         with self._lock:
-            return Snapshot(self._smoothed())
+            still = self.snapshot()
+            still._tree = self._smoothed()
+        return still
 
     def _repr_html_(self) -> str:
         """Return the tree as HTML for a notebook."""
@@ -126,7 +128,7 @@ class BufferCore(AllQueries, FreshBuffer, CurveBuffer, CorrectedBuffer, SourceBu
             max_future=max_future, clear_on_jump_back=clear_on_jump_back)
         self._clock = now
         if max_age is not None:
-            self.max_age = self.checked_limit(max_age)
+            self.max_age = max_age
         if AUDIT_FOLDER in os.environ:
             from tf_tree_py.reports.audit import watch  # tf_audit runs this program
             watch(self)

@@ -131,7 +131,8 @@ def test_a_pose_is_used_although_its_covariance_is_not_set(tmp_path):
         buffer = open_bag(path, odometry='/odometry')
     assert buffer.lookup('odom', 'base', NOW + SECOND // 2).x == 9.0
     assert not covariance_of(buffer, 'odom', 'base').any()
-    assert buffer.statistics.incidents[Kind.BAD_COVARIANCE] == 2
+    assert buffer.statistics.incidents[Kind.POSE_ALONE] == 2
+    assert (buffer.statistics.accepted, buffer.statistics.refused) == (2, 0)
 
 
 # --- options of open_bag

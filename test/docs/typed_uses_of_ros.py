@@ -60,7 +60,7 @@ class Docking(Node):
         self.buffer.lookup_transform('map', 'base', Time(), limit, max_age=UNLIMITED)
         self.client.lookup_transform('map', 'base', Time(), max_age=limit.to_msg())
         assert_type(self.buffer.can_transform('map', 'base', Time(), max_age=limit), bool)
-        newest = self.buffer.lookup_transform_newest('map', 'base', limit, max_age=limit)
+        newest = self.buffer.lookup_transform_newest('map', 'base', timeout=limit, max_age=limit)
         self.get_logger().info(f'{newest.transform}: {newest.stamps["base"]}')
 
     async def dock_later(self, limit: Duration) -> None:

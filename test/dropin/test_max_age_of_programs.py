@@ -44,10 +44,12 @@ def test_what_a_program_gives_comes_first(buffer):
     assert Buffer(max_age=None).max_age is None
     assert Buffer(max_age=lasting(1.0)).max_age == lasting(1.0).nanoseconds
     buffer.set_transform(transform('map', 'base', ago(buffer, 200.0)), 'me')
-    for limit, can in (UNLIMITED, True), (lasting(1.0), False), (lasting(500.0), True):
-        assert buffer.can_transform('map', 'base', Time(), max_age=limit) is can
-        assert buffer.can_transform('map', 'base', Time(), Duration(), True,
-                                    max_age=limit)[0] == can
+    for each in buffer, Buffer(max_age=None):
+        each.set_transform(transform('map', 'base', ago(buffer, 200.0)), 'me')
+        for limit, can in (UNLIMITED, True), (lasting(1.0), False), (lasting(500.0), True):
+            assert each.can_transform('map', 'base', Time(), max_age=limit) is can
+            found, why = each.can_transform('map', 'base', Time(), Duration(), True, max_age=limit)
+            assert (found, 'max_age is 1.000 s' in why) == (int(can), not can)
 
 
 def test_without_it_there_is_no_limit(monkeypatch):
@@ -60,7 +62,7 @@ def test_without_it_there_is_no_limit(monkeypatch):
         assert buffer.can_transform('map', 'base', Time())
 
 
-@pytest.mark.parametrize('wrong', ['0', '-1', 'nan', 'inf', '1e10', 'half a second'])
+@pytest.mark.parametrize('wrong', ['0', '1e-12', '-1', 'nan', 'inf', '1e10', 'half a second'])
 def test_a_wrong_value_is_an_error_that_names_the_variable(monkeypatch, wrong):
     monkeypatch.setenv(VARIABLE, wrong)
     with pytest.raises(ValueError, match=f'{VARIABLE} .*such as 0.5, and not {wrong!r}'):
@@ -107,5 +109,6 @@ def test_an_unchanged_program_takes_it(tmp_path, monkeypatch):
     program.write_text(textwrap.dedent(PROGRAM))
     done = run('-m', 'tf_tree_py.dropin', '--force', program)
     assert done.returncode == 0, done.stderr
-    assert "max_age is 500 ms: the edge map -> odom, last published by 'me'" in done.stdout
+    assert "the edge map -> odom, last published by 'me', is " in done.stdout
+    assert 's old, and max_age is 500 ms, when looking up' in done.stdout
     assert done.stdout.splitlines()[-1] == 'True'

@@ -5,6 +5,7 @@
 
 import asyncio
 from contextlib import contextmanager
+import time
 
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 import pytest
@@ -30,12 +31,14 @@ from tf_tree_py import (
     BufferServer,
     ExtrapolationException,
     InvalidArgumentException,
+    Linear,
     LookupException,
     SharedTree,
     StaleException,
     TransformException,
     UNLIMITED,
 )
+from tf_tree_py.ros.remote.lookup_goal import LookupCall
 
 S = 1_000_000_000
 NO_TIME = Duration()
@@ -80,7 +83,7 @@ LOOKUPS = {
         PoseWithCovarianceStamped(header=point().header), 'map', timeout, max_age=limit,
         uncertain=True),
     'lookup_transform_newest': lambda buffer, timeout, limit: buffer.lookup_transform_newest(
-        'map', 'camera', timeout, max_age=limit),
+        'map', 'camera', timeout=timeout, max_age=limit),
     'wait_for_transform_async': lambda buffer, timeout, limit: result_of(
         buffer.wait_for_transform_async('map', 'camera', LATEST, timeout, max_age=limit)),
     'lookup_transform_async': lambda buffer, timeout, limit: asyncio.run(
@@ -94,7 +97,7 @@ def test_each_lookup_refuses_what_is_too_old(simulated, look_up):
     buffer = simulated()
     for limit in lasting(2.0), lasting(2.0).to_msg(), UNLIMITED, None:
         look_up(buffer, Duration(), limit)
-    with pytest.raises(StaleException, match='max_age is 1.999 s: the edge map -> odom') as caught:
+    with pytest.raises(StaleException, match='map -> odom, .* max_age is 1.999 s') as caught:
         look_up(buffer, Duration(), lasting(1.999))
     assert caught.value.ages[0].authority == '/talking'
 
@@ -167,6 +170,28 @@ def test_before_the_first_clock_an_age_is_unknown(make_node, listen, sim_clock, 
     assert asked.result(PATIENCE.nanoseconds / 1e9).header.stamp == at(9.5).to_msg()
 
 
+def test_a_wait_ends_when_the_clock_starts_and_the_sample_is_fresh(
+        make_node, listen, sim_clock, talker, pool):
+    buffer = listen(make_node('asking', **SIM_TIME))
+    talker.move(transform('map', 'odom', 8.0), into=buffer)
+    asked = pool.submit(buffer.lookup_transform, 'map', 'odom', LATEST, PATIENCE,
+                        max_age=lasting(1.0))
+    future = buffer.wait_for_transform_async('map', 'odom', LATEST, max_age=lasting(1.0))
+    until_waiting(buffer, 2)
+    sim_clock.show(8.5, buffer)
+    assert asked.result(PATIENCE.nanoseconds / S) == result_of(future)
+
+
+def test_a_wait_ends_when_the_clock_steps_back_and_the_sample_is_fresh(simulated, sim_clock, pool):
+    buffer = simulated()
+    sim_clock.show(10.8, buffer)
+    asked = pool.submit(buffer.lookup_transform, 'map', 'odom', LATEST, PATIENCE,
+                        max_age=lasting(2.2))
+    until_waiting(buffer)
+    sim_clock.show(10.1, buffer)
+    assert asked.result(PATIENCE.nanoseconds / S).header.stamp == at(8.0).to_msg()
+
+
 def test_a_clock_that_jumps_back_leaves_nothing_that_is_stale(simulated, sim_clock, talker):
     buffer = simulated(max_age=lasting(2.0))
     buffer.lookup_transform('map', 'camera', LATEST)
@@ -190,9 +215,31 @@ def test_a_limit_is_a_duration(wrong):
             call()
 
 
-def test_a_limit_is_not_negative():
-    with pytest.raises(InvalidArgumentException, match='cannot be negative'):
-        Buffer(max_age=lasting(-1.0))
+def test_a_limit_is_not_negative_and_not_a_point_in_time(simulated):
+    buffer = simulated()
+    for call in (lambda: Buffer(max_age=lasting(-1.0)),
+                 lambda: buffer.can_transform('map', 'base', LATEST, max_age=lasting(-1.0))):
+        with pytest.raises(InvalidArgumentException, match='cannot be negative'):
+            call()
+    for moment in at(1.0), at(1.0).to_msg():
+        with pytest.raises(TypeError, match='is a point in time: pass an rclpy.duration.Duration'):
+            buffer.lookup_transform('map', 'base', LATEST, max_age=moment)
+    with pytest.raises(TypeError, match='positional argument'):
+        buffer.lookup_transform_newest('map', 'base', at(1.0))
+
+
+def test_lookups_of_the_core_take_a_duration_too(simulated):
+    buffer = simulated()
+    for tree in buffer, buffer.snapshot():
+        assert tree.lookup('map', 'camera', max_age=lasting(2.0)) == tree.lookup(
+            'map', 'camera', max_age=2 * S)
+        for limit in lasting(1.0), S:
+            with pytest.raises(StaleException):
+                tree.lookup('map', 'camera', max_age=limit)
+    with pytest.raises(TypeError, match='max_age 0.5.*from_seconds.0.5.'):
+        buffer.lookup('map', 'camera', max_age=0.5)
+    buffer.max_age = lasting(1.0)
+    assert buffer.max_age == S
 
 
 def test_a_users_interface_with_the_parameters_of_tf2_works_as_before():
@@ -219,7 +266,7 @@ def test_the_newest_transform_has_the_stamp_of_its_oldest_sample(simulated):
 
 def test_the_newest_transform_waits_for_what_is_missing(simulated, talker, pool):
     buffer = simulated()
-    asked = pool.submit(buffer.lookup_transform_newest, 'map', 'arm', PATIENCE)
+    asked = pool.submit(buffer.lookup_transform_newest, 'map', 'arm', timeout=PATIENCE)
     until_waiting(buffer)
     talker.move(transform('camera', 'arm', 9.95, x=0.25))
     assert x_of(asked.result(PATIENCE.nanoseconds / 1e9).transform) == 18.75
@@ -253,7 +300,7 @@ def test_a_buffer_that_shows_a_shared_tree_agrees(sharing, make_node, listen, ta
         talker.move(transform('map', 'odom', now, x=2.0), into=buffer)
         for _ in range(3):  # a known pose needs no lock
             assert x_of(buffer.lookup_transform('map', 'odom', LATEST)) == 2.0
-            with pytest.raises(StaleException, match='the edge map -> odom'):
+            with pytest.raises(StaleException, match='the edge map -> odom, last published by'):
                 buffer.lookup_transform('map', 'odom', LATEST, max_age=lasting(0.0))
             assert buffer.lookup_transform('map', 'odom', LATEST, max_age=PATIENCE)
             assert buffer.lookup_newest('map', 'odom').stamps
@@ -308,16 +355,51 @@ def test_a_client_refuses_nothing_that_does_not_move(client):
     assert client.lookup_transform('map', 'odom', at(7.0), max_age=lasting(0.0))
 
 
-def test_a_client_waits_for_a_fresh_one_without_asking_again_and_again(client, talker, pool):
+def test_a_client_waits_for_a_fresh_one(client, talker, pool):
     buffer, client = client
     asked = pool.submit(client.lookup_transform, 'map', 'camera', LATEST, PATIENCE,
                         max_age=lasting(0.5))
     until_waiting(buffer)  # the server waits, not the client
     talker.move(transform('map', 'odom', 9.4, x=8.0), into=buffer)
-    assert len(buffer.waiting) == 1
     talker.move(transform('map', 'odom', 9.8, x=7.0), into=buffer)
     found = asked.result(PATIENCE.nanoseconds / 1e9)
     assert (x_of(found), found.header.stamp) == (17.5, at(9.8).to_msg())
+
+
+@pytest.mark.parametrize('anew', ['cleared', 'another parent'])
+def test_a_client_that_waits_is_answered_when_the_tree_begins_anew(client, talker, pool, anew):
+    """The oldest stamp that was allowed when it began to wait will never be there."""
+    buffer, client = client
+    asked = pool.submit(client.lookup_transform, 'map', 'camera', LATEST, PATIENCE,
+                        max_age=lasting(0.5))
+    until_waiting(buffer)
+    if anew == 'cleared':
+        buffer.clear()
+        talker.move(transform('map', 'odom', 9.95, x=1.0), transform('odom', 'base', 9.95, x=1.0))
+    else:
+        talker.move(transform('map', 'base', 9.95, x=2.0))
+    assert x_of(asked.result(PATIENCE.nanoseconds / S)) == 2.5
+
+
+class Hold(Linear):
+    """Holds the newest sample for ever."""
+
+    holds_for = 1000 * S
+
+
+def test_a_client_pauses_where_no_wait_helps(client, monkeypatch):
+    buffer, client = client
+    buffer.set_interpolation('odom', Hold())
+    sent = []
+    goal = LookupCall.goal
+    monkeypatch.setattr(LookupCall, 'goal', lambda call: sent.append(call) or goal(call))
+    # The server holds the sample, and a client only knows its stamp.
+    assert buffer.lookup_transform('map', 'odom', LATEST, max_age=lasting(1.0))
+    begin = time.monotonic()
+    future = client.wait_for_transform_async('map', 'odom', LATEST, max_age=lasting(1.0))
+    until(lambda: len(sent) >= 20)
+    future.cancel()
+    assert time.monotonic() - begin > 0.3
 
 
 def test_a_client_that_waits_in_vain_says_how_old_it_was(client, sim_clock, pool):
@@ -345,15 +427,17 @@ def test_a_future_of_a_client_and_other_errors(client):
 def test_a_client_whose_clock_has_not_started_does_not_know_the_age(
         simulated, make_node, spin):
     node = make_node('client', **SIM_TIME)
-    with served(simulated(), make_node, spin, node) as client, \
-            pytest.raises(StaleException, match='has not started'):
-        client.lookup_transform('map', 'camera', LATEST, PATIENCE, max_age=lasting(9.0))
+    with served(simulated(), make_node, spin, node) as client:
+        for timeout, waited in (0.0, ''), (0.3, r'\(waited 0\.[3-9]'):
+            with pytest.raises(StaleException, match=f'has not started.*{waited}.*\n.*/clock'):
+                client.lookup_transform(
+                    'map', 'camera', LATEST, lasting(timeout), max_age=lasting(9.0))
 
 
 def test_the_default_of_a_server_is_an_error_of_its_clients(simulated, make_node, spin):
     buffer = simulated(max_age=lasting(1.0))
     with served(buffer, make_node, spin, make_node('client')) as client, \
-            pytest.raises(ExtrapolationException, match='the edge map -> odom'):
+            pytest.raises(ExtrapolationException, match='the edge map -> odom, last published by'):
         client.lookup_transform('map', 'camera', LATEST)
 
 

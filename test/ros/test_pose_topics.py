@@ -4,6 +4,10 @@
 """Topics of any type whose messages carry poses fill a buffer, as /tf does."""
 
 
+import gc
+import threading
+import weakref
+
 from geometry_msgs.msg import (
     PoseArray,
     PoseStamped,
@@ -13,7 +17,8 @@ from geometry_msgs.msg import (
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-from ros_helpers import at, lasting, LATEST, PATIENCE, SIM_TIME, until, until_waiting
+from rclpy.node import Node
+from ros_helpers import at, lasting, LATEST, PATIENCE, receivers, SIM_TIME, until, until_waiting
 from std_msgs.msg import Header, String
 from tf_tree_py import (
     Buffer,
@@ -146,6 +151,68 @@ def test_a_users_own_type_in_ten_lines(listener, send):
     assert buffer.lookup('camera', 'tag1').x == 4.0
 
 
+@pytest.mark.parametrize('wrong', [
+    PoseSample('odom', 'two', at(1.5), 'here'), PoseSample('odom', None, at(1.5), TURNED),
+    PoseSample('odom', 'two', 1.5, TURNED), ('odom', 'two')])
+def test_one_wrong_pose_of_a_message_loses_no_other(listener, send, wrong):
+    good = [PoseSample('odom', child, at(1.5), TURNED) for child in ('one', 'three')]
+    listener.subscribe(String, 'words', lambda message: [good[0], wrong, good[1]])
+    send('words', String(data=''))
+    assert sorted(until_has(listener, 'three').frames()) == ['odom', 'one', 'three']
+    assert incidents_of(listener.buffer) == {Kind.MALFORMED: 1}
+
+
+def test_what_a_reader_returned_before_it_failed_is_used(listener, send):
+    def read(message):
+        yield PoseSample('odom', 'one', at(1.5), TURNED)
+        raise KeyError(message.data)
+
+    listener.subscribe(String, 'words', read)
+    send('words', String(data='unknown'))
+    until_has(listener, 'one')
+
+
+def test_a_reader_of_a_common_type_comes_first(listener, send):
+    listener.subscribe(Odometry, 'odometry', lambda message: PoseSample(
+        'odom', 'other', at(1.5), TURNED))
+    send('odometry', odometry())
+    assert sorted(until_has(listener, 'other').frames()) == ['odom', 'other']
+
+
+def test_a_burst_of_many_frames_is_not_lost(listener, send, pool):
+    """One message for each body, all on one topic."""
+    may_go_on = threading.Event()
+
+    def read(message):
+        may_go_on.wait()
+        return PoseSample('map', message.data, at(1.5), TURNED)
+
+    listener.subscribe(String, 'bodies', read)
+    send('bodies', *(String(data=f'body{number}') for number in range(100)), qos=200)
+    may_go_on.set()
+    until(lambda: len(listener.buffer.frames()) == 101)
+
+
+def test_the_node_is_not_kept_alive_by_its_own_method(context, send):
+    class Detector(Node):
+
+        def __init__(self):
+            super().__init__('detector', context=context)
+            self.listener = TransformListener(Buffer(), self)
+            self.listener.subscribe(String, 'words', self.read)
+
+        def read(self, message):
+            return PoseSample('odom', message.data, at(1.5), TURNED)
+
+    detectors = [Detector()]
+    send('words', String(data='base'))
+    until(detectors[0].listener.buffer.frames)
+    gone = weakref.ref(detectors.pop())
+    gc.collect()
+    assert gone() is None
+    until(lambda: not receivers())
+
+
 def test_a_reader_may_return_nothing(listener, send):
     listener.subscribe(String, 'words', lambda message: None if message.data == 'no' else [])
     listener.subscribe(Odometry, 'odometry')
@@ -157,10 +224,11 @@ def test_a_reader_may_return_nothing(listener, send):
 # --- what is wrong
 
 WRONG = {
-    'an exception': (lambda message: 1 / 0, 'a String cannot be read: ZeroDivisionError'),
+    'an exception': (lambda message: 1 / 0,
+                     'a message of type String cannot be read: ZeroDivisionError'),
     'an attribute': (lambda message: message.pose, "'String' object has no attribute 'pose'"),
     'no sample': (lambda message: [('odom', 'base')], 'a reader returns PoseSample, several or'),
-    'not a pose': (lambda message: PoseSample('odom', 'base', 1, 'here'), 'a String cannot be'),
+    'not a pose': (lambda message: PoseSample('odom', 'base', 1, 'here'), 'cannot be read'),
     'no name': (lambda message: PoseSample('odom', None, 1, TURNED), 'and None must be strings'),
     'float seconds': (lambda message: PoseSample('odom', 'base', 1.5, TURNED), 'nanoseconds'),
 }
@@ -233,6 +301,11 @@ def test_what_cannot_be_read_is_refused_at_once(listener):
     for cls in PoseStamped, PoseWithCovarianceStamped:
         with pytest.raises(ValueError, match=f'a {cls.__name__} does not name .* pass child=...'):
             listener.subscribe(cls, 'poses')
+    for wrong in ('nav_msgs/Odometry', 'odom'), (PoseStamped, 'mocap', 'drone'):
+        with pytest.raises(TypeError, match='takes a type of message, a topic, and perhaps a'):
+            listener.subscribe(*wrong)
+    with pytest.raises(ValueError, match='pass covariances=True, too'):
+        listener.subscribe(Odometry, 'odom', planar=True)
     listener.close()
     with pytest.raises(RuntimeError, match='this listener is closed'):
         listener.subscribe(Odometry, 'odometry')
@@ -356,20 +429,25 @@ def test_covariances_are_used_on_demand(listener, send):
     (np.zeros((6, 6)), 'it is all zero: the sender did not set it'),
     (-COVARIANCE, 'covariance'),
     (UNKNOWN, 'wider than a full turn')])
+@pytest.mark.parametrize('static', [False, True], ids=['moving', 'static'])
 def test_a_pose_is_used_although_its_covariance_cannot_be(
-        listener, send, capfd, covariance, sentence):
-    listener.subscribe(Odometry, 'odometry', covariances=True)
-    send('odometry', odometry(covariance=covariance))
+        listener, send, capfd, covariance, sentence, static):
+    listener.subscribe(Odometry, 'odometry', covariances=True, static=static)
+    send('odometry', odometry(covariance=covariance), qos=static_qos(1) if static else 100)
     buffer = until_has(listener)
     assert buffer.lookup('odom', 'base', at(1.5)) == pytest.approx(TURNED)
+    assert buffer.edges()[0].static is static
     assert not covariance_of(buffer).any()
-    assert incidents_of(buffer) == {Kind.BAD_COVARIANCE: 1}
+    assert incidents_of(buffer) == {Kind.POSE_ALONE: 1}
+    assert (buffer.statistics().accepted, buffer.statistics().refused) == (1, 0)
     until(lambda: sentence in capfd.readouterr().err)
 
 
-def test_of_a_robot_on_a_floor_three_variances_are_used(listener, send):
+@pytest.mark.parametrize('off_the_floor', [1e6, -1.0, float('nan'), float('inf')])
+def test_of_a_robot_on_a_floor_three_variances_are_used(listener, send, off_the_floor):
     listener.subscribe(Odometry, 'odometry', covariances=True, planar=True)
-    send('odometry', odometry(covariance=UNKNOWN))
+    send('odometry', odometry(covariance=np.diag(
+        [1e-4, 1e-4, *3 * [off_the_floor], 1e-4])))
     np.testing.assert_allclose(covariance_of(until_has(listener)),
                                np.diag([1e-4, 1e-4, 0.0, 0.0, 0.0, 1e-4]))
 

@@ -77,8 +77,8 @@ def test_echo_says_what_is_missing_and_what_may_be_meant(programs):
 
 def test_echo_refuses_a_latest_that_is_too_old(programs):
     programs['fresh'].wait_for('xyz')
-    programs['stale'].wait_for('no answer for world <- gripper: The latest transform is ')
-    programs['stale'].wait_for(' and max_age is 1 us: the edge ')
+    programs['stale'].wait_for('no answer for world <- gripper: The latest data of the edge ')
+    programs['stale'].wait_for(' old, and max_age is 1 us, when looking up')
     for name, status in ('fresh', 0), ('stale', 1):
         programs[name].interrupt()
         assert programs[name].end() == status

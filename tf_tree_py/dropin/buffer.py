@@ -405,7 +405,7 @@ def _max_age() -> Duration | None:
         seconds = float(given)
     except ValueError:
         seconds = math.nan
-    if not 0.0 < seconds < _LONGEST_AGE_S:
+    if not 1e-9 <= seconds < _LONGEST_AGE_S:
         raise ValueError(f'{VARIABLE} has to be a number of seconds, such as 0.5, and not '
                          f'{given!r}')
     return Duration(seconds=seconds)

@@ -25,14 +25,14 @@ import sys
 import time
 from typing import NamedTuple
 
+from tf_tree_py.beyond.freshness.queries import FreshQueries
 from tf_tree_py.core import fork_locks
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.observers import AUDIT_FOLDER, End, Observer
-from tf_tree_py.core.stamp import from_seconds, LATEST
+from tf_tree_py.core.stamp import from_seconds, LATEST, UNLIMITED
 from tf_tree_py.core.text import shorten
-from tf_tree_py.core.tree.queries import Queries
 from tf_tree_py.files.whole_files import write_whole
 
 from .plain_text import as_lines
@@ -154,7 +154,7 @@ class LookupAudit(Observer):
     causes two more lookups, and takes about ten microseconds longer.
     """
 
-    def __init__(self, buffer: Queries, now: Callable[[], int] = time.time_ns) -> None:
+    def __init__(self, buffer: FreshQueries, now: Callable[[], int] = time.time_ns) -> None:
         """
         Make an empty audit; ``buffer.observers.add`` starts it.
 
@@ -204,7 +204,7 @@ class LookupAudit(Observer):
         now = self._now()
         newest, at_newest = LATEST, None
         with suppress(TransformException):
-            newest, at_newest = self._buffer.lookup_stamped(target, source)
+            newest, at_newest = self._buffer.lookup_no_older(target, source, LATEST, UNLIMITED)
         pose, other_stamp, other = None, newest, at_newest
         if answered:
             pose = at_newest if asked is None else self._pose(target, source, asked)
@@ -291,7 +291,7 @@ def _is_library(module: str) -> bool:
 _numbers = count()
 
 
-def watch(buffer: Queries) -> None:
+def watch(buffer: FreshQueries) -> None:
     """Audit a buffer's lookups until the process ends, then write the audit to the folder."""
     audit = LookupAudit(buffer, getattr(buffer, 'now', time.time_ns))
     buffer.observers.add(audit)

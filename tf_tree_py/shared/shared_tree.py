@@ -64,7 +64,7 @@ def _looking_up(lookup: _Lookup) -> _Lookup:
     def lookup_stamped(self: Any, target_frame: str, source_frame: str,
                        stamp: Stamp = LATEST) -> tuple[int, PoseTuple]:
         if (type(stamp) is int and not self.observers.of_lookups
-                and (stamp != LATEST or self.max_age is None)):
+                and (stamp != LATEST or self._max_age is None)):
             found: tuple[int, PoseTuple] | None = self._lock.known(
                 target_frame, source_frame, stamp)
             if found is not None:

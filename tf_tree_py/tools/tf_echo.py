@@ -49,7 +49,7 @@ _EXAMPLES = (
     ('tf_echo map base_link 10', 'ten times a second'),
     ('tf_echo map base_link --once --explain', 'the path, and the age of each edge'),
     ('tf_echo map base_link --bag run.mcap', 'every second of a recording'),
-    ('tf_echo map base_link --once --max-age 0.5', 'does the chain still arrive?'),
+    ('tf_echo map base_link --once --max-age 0.5', 'does every edge still arrive?'),
     ('tf_echo map camera --bag run.mcap --at 1700000000.25 --as all', 'at a stamp'),
 )
 _PATIENCE_S = 10.0

@@ -104,49 +104,47 @@ class Freshness(RuleBasedStateMachine):
     def reach(self, edge):
         return edge.latest + self.holds.get(edge.child, 0)
 
-    def is_fresh(self, edges, stamp, max_age):
+    def is_fresh(self, edges, max_age):
         limit = self.buffer.max_age if max_age is None else max_age
         return not edges or limit in (None, UNLIMITED) or (
-            self.clock.now > 0 and self.clock.now - stamp <= limit)
+            self.clock.now > 0 and self.clock.now - min(map(self.reach, edges)) <= limit)
 
-    def check_error(self, error, edges, stamp, max_age):
-        assert error.max_age == (self.buffer.max_age if max_age is None else max_age)
-        now = self.clock.now
-        assert error.age == (now - stamp if now > 0 else None)
-        limiting = [edge for edge in edges if self.reach(edge) <= stamp] or edges
-        oldest = min(edge.latest for edge in limiting)
-        assert (error.parent, error.child) in {
-            (edge.parent, edge.child) for edge in limiting if edge.latest == oldest}
+    def check_error(self, error, edges, max_age):
+        limit = self.buffer.max_age if max_age is None else max_age
+        assert error.max_age == limit
+        now, oldest = self.clock.now, min(map(self.reach, edges))
+        assert error.age == (now - oldest if now > 0 else None)
+        assert (error.parent, error.child, error.latest) in {
+            (edge.parent, edge.child, edge.latest) for edge in edges if self.reach(edge) == oldest}
         assert sorted((edge.child, edge.stamp, edge.age) for edge in error.ages) == sorted(
-            (edge.child, edge.latest, now - edge.latest) for edge in edges)
-        assert error.blocked_on
+            (edge.child, edge.latest, now - self.reach(edge)) for edge in edges)
+        ages = [edge.age for edge in error.ages]
+        assert ages == sorted(ages, reverse=True)
+        # It sleeps until each edge that is too old has reached the limit.
+        assert dict(error.blocked_on) == {
+            edge.child: now - limit if now > 0 else self.reach(edge) + 1 for edge in edges
+            if now <= 0 or self.reach(edge) < now - limit}
         assert str(error)
 
     @rule(frame=frames, source=frames, max_age=st.one_of(st.none(), limits))
     def the_latest_is_asked(self, frame, source, max_age):
-        buffer, target = self.buffer, frame
+        target = frame
         try:
-            stamp, expected = buffer.lookup_no_older(target, source, LATEST, UNLIMITED)
+            expected = self.buffer.lookup(target, source, max_age=UNLIMITED)
         except TransformException as error:
-            self.check_same_error(error, target, source, max_age)
-            return
-        edges = () if target == source else self.path(target, source)[0]
+            expected = error
         try:
-            found = buffer.lookup(target, source, LATEST, max_age=max_age)
+            found = self.buffer.lookup(target, source, LATEST, max_age=max_age)
         except StaleException as error:
-            assert not self.is_fresh(edges, stamp, max_age)
-            self.check_error(error, edges, stamp, max_age)
+            # Also if no edge has data for that time any more.
+            edges, _ = self.path(target, source)
+            assert not self.is_fresh(edges, max_age)
+            self.check_error(error, edges, max_age)
+        except TransformException as error:
+            assert (type(error), str(error)) == (type(expected), str(expected))
         else:
-            assert self.is_fresh(edges, stamp, max_age)
             assert found == expected
-
-    def check_same_error(self, error, target, source, max_age):
-        try:
-            self.buffer.lookup(target, source, max_age=max_age)
-        except TransformException as other:
-            assert (type(other), str(other)) == (type(error), str(error))
-        else:
-            raise AssertionError('only the lookup with a limit has an answer')
+            assert target == source or self.is_fresh(self.path(target, source)[0], max_age)
 
     @rule(frame=frames, source=frames, max_age=st.one_of(st.none(), limits))
     def the_newest_is_asked(self, frame, source, max_age):
@@ -159,16 +157,15 @@ class Freshness(RuleBasedStateMachine):
         except StopIteration:  # no frame in common
             edges = None
         known = set(self.buffer.frames())
-        stamp = min(map(self.reach, edges), default=0) if edges else 0
         try:
             found = self.buffer.lookup_newest(target, source, max_age=max_age)
         except StaleException as error:
-            assert edges and not self.is_fresh(edges, stamp, max_age)
-            self.check_error(error, edges, stamp, max_age)
+            assert edges and not self.is_fresh(edges, max_age)
+            self.check_error(error, edges, max_age)
         except TransformException:
             assert edges is None or not {target, source} <= known
         else:
-            assert self.is_fresh(edges, stamp, max_age)
+            assert self.is_fresh(edges, max_age)
             assert found.stamps == {edge.child: edge.latest for edge in edges}
             scale = 1.0 + np.abs(pose[:3, 3]).max()
             np.testing.assert_allclose(se3.as_matrix(found.pose), pose, atol=1e-8 * scale)

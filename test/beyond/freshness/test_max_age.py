@@ -20,12 +20,14 @@ from tf_tree_py import (
     load,
     lookup_twist,
     LookupException,
+    PastExtrapolationException,
     Pose,
     StaleException,
     TransformException,
     UNLIMITED,
 )
 from tf_tree_py.core.messages.observers import Observer
+from tf_tree_py.reports.audit import LookupAudit
 
 S = 1_000_000_000
 MS = 1_000_000
@@ -63,9 +65,8 @@ def test_the_error_names_the_edge_its_publisher_and_all_ages():
     error = caught.value
     assert isinstance(error, ExtrapolationException)
     assert str(error) == (
-        'The latest transform is 1.500 s old, and max_age is 100 ms: the edge map -> odom, last '
-        "published by '/amcl', has nothing newer, when looking up transform from frame [map] to "
-        'frame [camera].\n'
+        "The latest data of the edge map -> odom, last published by '/amcl', is 1.500 s old, and "
+        'max_age is 100 ms, when looking up transform from frame [map] to frame [camera].\n'
         'The other edges: odom -> base 20 ms. tf_doctor reports whether map -> odom is silent, '
         'late, or stamped by another clock')
     assert (error.parent, error.child, error.latest) == ('map', 'odom', NOW - 1500 * MS)
@@ -78,6 +79,59 @@ def test_the_error_names_the_edge_its_publisher_and_all_ages():
 def test_of_two_stale_edges_the_older_is_named_and_the_other_is_listed():
     with pytest.raises(StaleException, match='the edge map -> odom, .*\n.*odom -> base 20 ms'):
         robot().lookup('map', 'camera', max_age=10 * MS)
+
+
+LONG_DEAD = {
+    'lookup': lambda tree, **limit: tree.lookup('map', 'camera', **limit),
+    'lookup_uncertain': lambda tree, **limit: tree.lookup_uncertain('map', 'camera', **limit),
+    'lookup_newest': lambda tree, **limit: tree.lookup_newest('map', 'camera', **limit),
+    'lookup_tree': lambda tree, **limit: tree.lookup_tree('map', **limit)}
+
+
+def long_dead(**options):
+    """Return a robot whose localisation stopped 20 s ago, longer than the buffer keeps data."""
+    buffer = BufferCore(now=HandClock(NOW), **options)
+    for age in (21 * S, 20 * S):
+        buffer.insert('map', 'odom', NOW - age, IN_MAP, authority='/amcl')
+    for number in range(201):
+        buffer.insert('odom', 'base', NOW - (200 - number) * 100 * MS, TURNED, authority='/ekf')
+    buffer.insert('base', 'camera', 0, TURNED, static=True)
+    return buffer
+
+
+@pytest.mark.parametrize('lookup', LONG_DEAD.values(), ids=LONG_DEAD)
+def test_an_edge_that_stopped_longer_ago_than_the_buffer_keeps_is_named(lookup):
+    for tree, limit in (long_dead(), {'max_age': S}), (long_dead(max_age=S), {}):
+        with pytest.raises(StaleException, match="map -> odom, .* '/amcl', is 20.000 s old"):
+            lookup(tree, **limit)
+
+
+def test_also_without_a_limit_the_error_says_which_edge_holds_the_latest_back():
+    with pytest.raises(PastExtrapolationException) as caught:
+        long_dead().lookup('map', 'camera')
+    assert 'the edge odom -> base' in str(caught.value)
+    assert caught.value.hint == (
+        'The latest time is so old because nothing newer of the edge map -> odom, last published '
+        "by '/amcl', has arrived: tf_doctor reports whether map -> odom is silent, late, or "
+        'stamped by another clock')
+    with pytest.raises(PastExtrapolationException, match="by '/amcl', has arrived$"):
+        BufferCore.lookup(long_dead().snapshot(), 'map', 'camera')
+
+
+def test_many_other_edges_are_counted():
+    buffer = BufferCore(now=HandClock(NOW))
+    frames = [f'f{number}' for number in range(12)]
+    for number, (parent, child) in enumerate(zip(frames, frames[1:], strict=False)):
+        for age in 2 * S, (number + 1) * 10 * MS:
+            buffer.insert(parent, child, NOW - age, TURNED)
+    with pytest.raises(StaleException) as caught:
+        buffer.lookup('f0', 'f11', max_age=0)
+    assert [edge.child for edge in caught.value.ages] == [f'f{n}' for n in range(11, 0, -1)]
+    assert 'f9 -> f10 100 ms, f8 -> f9 90 ms' in caught.value.hint
+    assert ' and 2 more. tf_doctor reports whether f10 -> f11' in caught.value.hint
+    with pytest.raises(StaleException) as caught:
+        buffer.snapshot().lookup('f10', 'f11', max_age=0)
+    assert caught.value.hint == ''
 
 
 def test_other_stamps_have_no_limit():
@@ -198,14 +252,33 @@ def test_without_a_clock_the_error_says_what_to_pass(lookup):
         lookup(buffer)
 
 
-def test_without_a_clock_there_is_no_default():
-    with pytest.raises(InvalidArgumentException, match='pass now, such as time.time_ns'):
-        BufferCore(max_age=S)
+def test_without_a_clock_there_is_no_default_and_any_age_is_right():
+    buffer = BufferCore(max_age=UNLIMITED)
+    for call in (lambda: BufferCore(max_age=S), lambda: setattr(buffer, 'max_age', S)):
+        with pytest.raises(InvalidArgumentException, match='pass now, such as time.time_ns'):
+            call()
+    buffer.insert('map', 'base', NOW, TURNED)
+    assert buffer.max_age is None
+    assert buffer.lookup('map', 'base', max_age=UNLIMITED) == TURNED
+    assert buffer.lookup('map', 'base', NOW, max_age=S) == TURNED
 
 
-@pytest.mark.parametrize('wrong', [0.5, '1', 1.0])
+def test_a_default_can_be_set_and_removed():
+    buffer = robot()
+    buffer.max_age = S
+    with pytest.raises(StaleException):
+        buffer.lookup('map', 'base')
+    buffer.max_age = None
+    assert buffer.lookup('map', 'base')
+
+
+@pytest.mark.parametrize('wrong', [0.5, '1', 1.0, True])
 def test_a_limit_is_integer_nanoseconds(wrong):
-    for call in (lambda: robot(max_age=wrong), lambda: robot().lookup('a', 'b', max_age=wrong)):
+    buffer = robot()
+    for call in (lambda: robot(max_age=wrong), lambda: buffer.lookup('a', 'b', max_age=wrong),
+                 lambda: buffer.lookup('a', 'b', NOW, max_age=wrong),
+                 lambda: buffer.lookup_uncertain('a', 'b', NOW, max_age=wrong),
+                 lambda: buffer.lookup_tree('map', NOW, max_age=wrong)):
         with pytest.raises(InvalidArgumentException, match='max_age .*must be integer nanosec'):
             call()
 
@@ -288,6 +361,17 @@ def test_with_covariances_the_answers_are_the_same():
 
 
 # --- a snapshot, a file, other processes
+
+def test_a_smoothed_snapshot_has_the_time_at_which_it_was_taken():
+    buffer = robot(max_age=S)
+    buffer.correct('odom', Pose(x=0.1), max_speed=0.1, max_turn_rate=0.1)
+    for tree in buffer, buffer.smoothed():
+        with pytest.raises(StaleException):
+            tree.lookup('map', 'base')
+        assert tree.lookup('map', 'base', max_age=2 * S)
+    assert buffer.smoothed().lookup('map', 'odom', max_age=2 * S) != buffer.lookup(
+        'map', 'odom', max_age=2 * S)
+
 
 def test_a_snapshot_has_the_time_at_which_it_was_taken():
     clock = HandClock(NOW)
@@ -379,6 +463,34 @@ def test_observers_see_one_lookup_that_fails():
         lookup('map', 'camera', max_age=UNLIMITED)
     assert seen == 3 * [('map', 'camera', None, StaleException),
                         ('map', 'camera', None, type(None))]
+
+
+def test_a_joint_lookup_is_seen_once_also_with_a_default():
+    seen = []
+
+    class Watch(Observer):
+
+        def asked(self, target, source, stamp):
+            seen.append(source)
+
+    for limit in {}, {'max_age': 2 * S}:
+        buffer = robot(**limit)
+        buffer.observers.add(Watch())
+        buffer.lookup_joint('map', ['odom', 'base'])
+    assert seen == 2 * ['odom', 'base']
+
+
+def test_an_audit_counts_what_was_answered():
+    buffer = robot(max_age=10 * MS)
+    audit = LookupAudit(buffer, lambda: NOW)
+    buffer.observers.add(audit)
+    buffer.lookup('map', 'base', max_age=UNLIMITED)
+    buffer.lookup_newest('map', 'base', max_age=UNLIMITED)
+    with pytest.raises(StaleException):
+        buffer.lookup('map', 'base')
+    lines = audit.lines()
+    assert sum(line.lookups for line in lines) == 3
+    assert sum(line.failed for line in lines) == 1
 
 
 # --- other kinds of edges

@@ -110,21 +110,28 @@ def test_an_edge_that_holds_its_sample_gets_older_only_after_that():
     buffer.set_interpolation('base', Hold())
     assert buffer.lookup_newest('map', 'tool', max_age=10 * MS).stamps['base'] == NOW - 90 * MS
     assert buffer.lookup('map', 'tool', max_age=10 * MS) == FIRST @ SECOND @ SECOND
+    with pytest.raises(StaleException, match='edge map -> base, .* is 10 ms old'):
+        buffer.lookup('map', 'tool', max_age=9 * MS)
     with pytest.raises(StaleException, match='edge map -> base'):
         buffer.lookup_newest('map', 'tool', max_age=9 * MS)
 
 
-def test_where_all_edges_hold_their_samples_the_latest_has_the_age_of_the_newest_one():
-    buffer = BufferCore(now=HandClock(NOW))
+@pytest.mark.parametrize('lookup', [BufferCore.lookup, BufferCore.lookup_newest])
+def test_where_all_edges_hold_their_samples_the_first_that_does_no_more_is_too_old(lookup):
+    clock = HandClock(NOW)
+    buffer = BufferCore(now=clock)
     buffer.insert('map', 'base', NOW - 70 * MS, FIRST)
     buffer.insert('base', 'arm', NOW - 50 * MS, SECOND)
     for child in 'base', 'arm':
         buffer.set_interpolation(child, Hold())
-    assert buffer.lookup('map', 'arm', max_age=50 * MS)
-    with pytest.raises(StaleException, match='50 ms old.*edge map -> base') as caught:
-        buffer.lookup('map', 'arm', max_age=49 * MS)
-    assert {child for child, _ in caught.value.blocked_on} == {'base', 'arm'}
-    assert buffer.lookup_newest('map', 'arm', max_age=0)
+    assert lookup(buffer, 'map', 'arm', max_age=0)
+    clock.now += 25 * MS
+    assert lookup(buffer, 'map', 'arm', max_age=15 * MS)
+    with pytest.raises(StaleException, match='edge map -> base, .* is 15 ms old') as caught:
+        lookup(buffer, 'map', 'arm', max_age=14 * MS)
+    assert [tuple(edge[3:]) for edge in caught.value.ages] == [
+        (NOW - 70 * MS, 15 * MS), (NOW - 50 * MS, -5 * MS)]
+    assert caught.value.blocked_on == (('base', NOW + 11 * MS),)
 
 
 def test_of_a_curve_it_is_the_pose_of_now_or_its_end():

@@ -17,25 +17,26 @@ from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import (
     ArgumentTypeException,
     ExtrapolationException,
-    Hint,
     InvalidArgumentException,
 )
-from tf_tree_py.core.stamp import format_span, UNLIMITED
+from tf_tree_py.core.stamp import FOREVER, format_span, UNLIMITED
 from tf_tree_py.core.text import listed
 
 # How many of the other edges an error lists.
 _LISTED = 8
+_CHECK = 'tf_doctor reports whether {edge} is silent, late, or stamped by another clock'
 
 
 class EdgeAge(NamedTuple):
     """
-    The newest sample of a moving edge.
+    How old the data of a moving edge is.
 
     :ivar parent: its parent frame.
     :ivar child: its child frame.
     :ivar authority: its last publisher.
     :ivar stamp: of its newest sample, nanoseconds.
-    :ivar age: how old that is, nanoseconds; negative if the stamp is ahead of the clock.
+    :ivar age: of its latest pose, nanoseconds: of that sample, or less if the edge holds it for a
+        while; negative if that is ahead of the clock.
     """
 
     parent: str
@@ -47,13 +48,14 @@ class EdgeAge(NamedTuple):
 
 class StaleException(ExtrapolationException):
     """
-    The latest transform is older than ``max_age``, or its age is unknown.
+    The data of an edge is older than ``max_age``, or its age is unknown.
 
-    ``parent``, ``child`` and ``latest`` are those of the edge that limits it.
+    ``parent``, ``child`` and ``latest`` are those of the edge with the oldest data.
 
-    :ivar age: of the latest transform, nanoseconds; None: the clock has not started.
+    :ivar age: of the oldest data, nanoseconds; None: the clock has not started.
     :ivar max_age: the limit, nanoseconds.
-    :ivar ages: the moving edges between the two frames, the oldest first.
+    :ivar ages: the moving edges between the two frames, those with the oldest data first; none if
+        a buffer server answered, which does not say.
     """
 
     age: int | None = None
@@ -68,11 +70,10 @@ class StaleException(ExtrapolationException):
         if self.age is None:
             return (f'The age of the latest transform is unknown, and max_age is {limit}: the '
                     f'clock that the stamps follow has not started{self._query()}')
-        what = f'The latest transform is {format_span(self.age)} old, and max_age is {limit}'
-        if self.ages:
-            what += (f': the edge {self.parent} -> {self.child}, last published by '
-                     f'{self.ages[0].authority!r}, has nothing newer')
-        return what + self._query()
+        what = 'The latest transform' if not self.ages else (
+            f'The latest data of the edge {self.parent} -> {self.child}, last published by '
+            f'{self.ages[0].authority!r},')
+        return f'{what} is {format_span(self.age)} old, and max_age is {limit}{self._query()}'
 
     def _query(self) -> str:
         if self.source_frame is None and self.target_frame is not None:
@@ -80,60 +81,44 @@ class StaleException(ExtrapolationException):
         return super()._query()
 
 
-def stale(stamp: int, now: int, max_age: int, ages: Sequence[EdgeAge] = (),
-          hint: Hint = '') -> StaleException:
+def stale(age: int | None, max_age: int, ages: Sequence[EdgeAge] = ()) -> StaleException:
     """
     Return the error of a transform that is too old, or whose age is unknown.
 
-    :param stamp: of the transform, nanoseconds.
-    :param now: by the clock of the stamps, nanoseconds; 0: it has not started.
+    :param age: nanoseconds; None: unknown.
     :param ages: see ``StaleException``.
     """
     oldest = ages[0] if ages else None
-    error = StaleException(
-        parent=oldest and oldest.parent, child=oldest and oldest.child,
-        latest=oldest and oldest.stamp, hint=hint)
-    error.age = now - stamp if now > 0 else None
-    error.max_age, error.ages = max_age, tuple(ages)
+    error = StaleException(parent=oldest and oldest.parent, child=oldest and oldest.child,
+                           latest=oldest and oldest.stamp)
+    error.age, error.max_age, error.ages = age, max_age, tuple(ages)
     return error
 
 
-def check_age(edges: Sequence[MovingHistory], stamp: int, now: int, max_age: int) -> None:
+def check_ages(edges: Sequence[MovingHistory], now: int, max_age: int) -> None:
     """
-    Check the age of the latest transform along some edges.
-
-    :param edges: those that move; without any, nothing can be stale.
-    :param stamp: the newest for which all of them have data, nanoseconds.
-    :param now: see ``stale``.
-    :raises StaleException: it is older than the limit, or its age is unknown.
-    """
-    if not edges or (now > 0 and now - stamp <= max_age):
-        return
-    # Those that limit the stamp come first, also if others hold an older sample.
-    order = sorted(edges, key=lambda edge: (_reach_of(edge) > stamp, newest_stamp_of(edge)))
-    ages = _ages_of(order, now)
-    error = stale(stamp, now, max_age, ages, partial(_hint, ages, now > 0))
-    # An edge that holds its sample may already reach the limit: then any next sample may help.
-    late = [edge for edge in edges if _reach_of(edge) < now - max_age] or order
-    error.blocked_on = tuple((edge.child, max(now - max_age, stamp + 1)) for edge in late)
-    raise error
-
-
-def check_each_age(edges: Sequence[MovingHistory], now: int, max_age: int) -> None:
-    """
-    Check the age of each of some edges; see ``check_age``.
+    Check that the data of each of some edges is fresh.
 
     An edge that holds its newest sample for a while gets older only after that.
+
+    :param edges: those that move; without any, nothing can be stale.
+    :param now: by the clock of the stamps, nanoseconds; 0: it has not started.
+    :raises StaleException: the data of one is older than the limit, or its age is unknown.
     """
-    oldest = min(edges, key=_reach_of, default=None)
-    if oldest is not None:
-        check_age(edges, _reach_of(oldest), now, max_age)
-
-
-def _ages_of(edges: Sequence[MovingHistory], now: int) -> list[EdgeAge]:
-    """Return the ages of edges."""
-    return [EdgeAge(str(edge.parent), edge.child, edge.authority, stamp, now - stamp)
-            for edge in edges for stamp in [newest_stamp_of(edge)]]
+    is_known = now > 0
+    begin = now - max_age if is_known else FOREVER
+    late = [edge for edge in edges if _reach_of(edge) < begin]
+    if not late:
+        return
+    ages = [EdgeAge(str(edge.parent), edge.child, edge.authority, newest_stamp_of(edge),
+                    now - _reach_of(edge)) for edge in sorted(edges, key=_reach_of)]
+    error = stale(ages[0].age if is_known else None, max_age, ages)
+    error.hint = partial(_hint, ages) if is_known else (
+        'With use_sim_time, does any node publish /clock?')
+    # Before the clock starts, any sample may be fresh.
+    error.blocked_on = tuple((edge.child, begin if is_known else _reach_of(edge) + 1)
+                             for edge in late)
+    raise error
 
 
 def newest_stamp_of(edge: MovingHistory) -> int:
@@ -147,19 +132,33 @@ def _reach_of(edge: MovingHistory) -> int:
     return edge.latest_stamp
 
 
-def _hint(ages: Sequence[EdgeAge], has_started: bool, live: bool) -> str:
-    if not has_started:
-        return 'With use_sim_time, does any node publish /clock?'
+def held_back(error: ExtrapolationException, edges: Sequence[MovingHistory]) -> None:
+    """
+    Explain why a lookup of the latest has no data: the newest time of an edge is too old.
+
+    :param error: which names an edge that has no data for that time, or none so old any more.
+    """
+    slowest = min(edges, key=_reach_of)
+    if slowest.child != error.child:
+        error.hint = partial(
+            _why_so_old, f'{slowest.parent} -> {slowest.child}', slowest.authority)
+
+
+def _why_so_old(edge: str, authority: str, live: bool) -> str:
+    why = (f'The latest time is so old because nothing newer of the edge {edge}, last published '
+           f'by {authority!r}, has arrived')
+    return f'{why}: {_CHECK.format(edge=edge)}' if live else why
+
+
+def _hint(ages: Sequence[EdgeAge], live: bool) -> str:
     oldest, *others = ages
-    text = ''
+    sentences = []
     if others:
-        text = 'The other edges: ' + listed(
-            [f'{edge.parent} -> {edge.child} {_as_text(edge.age)}' for edge in others],
-            _LISTED) + '. '
+        sentences.append('The other edges: ' + listed(
+            [f'{edge.parent} -> {edge.child} {_as_text(edge.age)}' for edge in others], _LISTED))
     if live:
-        text += (f'tf_doctor reports whether {oldest.parent} -> {oldest.child} is silent, late, '
-                 'or stamped by another clock')
-    return text.removesuffix('. ')
+        sentences.append(_CHECK.format(edge=f'{oldest.parent} -> {oldest.child}'))
+    return '. '.join(sentences)
 
 
 def _as_text(age: int) -> str:
@@ -175,11 +174,14 @@ def checked_max_age(max_age: SupportsIndex) -> int | None:
     :raises InvalidArgumentException: negative.
     """
     try:
+        if isinstance(max_age, bool):
+            raise TypeError
         limit = operator.index(max_age)
     except TypeError:
         raise ArgumentTypeException(
-            f'Invalid argument max_age {max_age!r}: it must be integer nanoseconds. If it is in '
-            f'seconds, pass tf_tree_py.from_seconds({max_age!r})') from None
+            f'Invalid argument max_age {max_age!r}: it must be integer nanoseconds'
+            + (f'. If it is in seconds, pass tf_tree_py.from_seconds({max_age!r})'
+               if isinstance(max_age, float) else '')) from None
     if limit < 0:
         raise InvalidArgumentException(
             f'Invalid argument max_age {limit}: it is in nanoseconds, and cannot be negative')

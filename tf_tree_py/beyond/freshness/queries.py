@@ -16,7 +16,11 @@ from typing import NamedTuple, SupportsIndex
 from tf_tree_py.core.buffer.plain_buffer import PlainBuffer
 from tf_tree_py.core.buffer.waiting import WallDeadline
 from tf_tree_py.core.edges.protocol import MovingHistory
-from tf_tree_py.core.errors import InvalidArgumentException, TransformException
+from tf_tree_py.core.errors import (
+    ExtrapolationException,
+    InvalidArgumentException,
+    TransformException,
+)
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.chain import join_branches
 from tf_tree_py.core.geometry.pose import Pose, pose_of
@@ -29,9 +33,12 @@ from tf_tree_py.core.tree.path import pose_in_c
 from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.many_stamps import ManyStampSnapshot
 
-from .ages import check_age, check_each_age, checked_max_age, newest_stamp_of
+from .ages import check_ages, checked_max_age, held_back, newest_stamp_of
 from ..uncertainty.queries import UncertainQueries
 from ..uncertainty.uncertain import EdgeErrors, errors_at, Uncertain
+
+# Stands for the limit of a buffer.
+_OWN = -1
 
 
 class NewestPose(NamedTuple):
@@ -52,16 +59,21 @@ class NewestPose(NamedTuple):
 
 
 class FreshQueries(UncertainQueries):
-    """
-    Lookups of the latest with a limit for its age, thread-safe.
+    """Lookups of the latest with a limit for its age, thread-safe."""
 
-    :ivar max_age: the limit of lookups that are given none, nanoseconds; None: they have none.
-    """
-
-    max_age: int | None = None
+    _max_age: int | None = None
 
     # The clock that the stamps follow; None: there is none.
     _clock: Callable[[], int] | None = None
+
+    @property
+    def max_age(self) -> int | None:
+        """Return the limit of lookups that are given none, nanoseconds; None: any age."""
+        return self._max_age
+
+    @max_age.setter
+    def max_age(self, max_age: SupportsIndex | None) -> None:
+        self._max_age = None if max_age is None else self.checked_limit(max_age)
 
     def lookup(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
                max_age: SupportsIndex | None = None) -> Pose:
@@ -87,6 +99,7 @@ class FreshQueries(UncertainQueries):
                         max_age: SupportsIndex | None) -> tuple[int, PoseTuple]:
         """Return the stamp, with ``LATEST`` resolved, and the pose; see ``lookup``."""
         if max_age is None or stamp != LATEST:
+            self.checked_limit(max_age, is_used=False)
             return self.lookup_stamped(target_frame, source_frame, stamp)
         question = target_frame, source_frame, self.checked_limit(max_age)
         if not self.observers.of_lookups:
@@ -100,23 +113,22 @@ class FreshQueries(UncertainQueries):
             with self._lock:
                 if target_frame == source_frame:
                     return self._own_stamp(target_frame, LATEST), se3.IDENTITY
-                return self._newest_within(target_frame, source_frame, limit)
+                return self._newest(target_frame, source_frame, limit)
         except TransformException as error:
             self._tree.complete(error, target_frame, source_frame)
             raise
 
-    def _newest(self, target_frame: str, source_frame: str) -> tuple[int, PoseTuple]:
-        if self.max_age is None:  # the common case
-            return self._tree.paths.newest_pose(target_frame, source_frame)
-        return self._newest_within(target_frame, source_frame, self.max_age)
-
-    def _newest_within(self, target_frame: str, source_frame: str,
-                       limit: int | None) -> tuple[int, PoseTuple]:
-        found = self._tree.paths.newest_pose(target_frame, source_frame)
+    def _newest(self, target_frame: str, source_frame: str,
+                limit: int | None = _OWN) -> tuple[int, PoseTuple]:
+        paths, limit = self._tree.paths, self._max_age if limit == _OWN else limit
         if limit is not None:
-            path = self._tree.paths.newest_path(target_frame, source_frame)
-            check_age(path.moving, found[0], self._now(), limit)
-        return found
+            # First: without data for its time, the pose's own error would name another edge.
+            check_ages(paths.newest_path(target_frame, source_frame).moving, self._now(), limit)
+        try:
+            return paths.newest_pose(target_frame, source_frame)
+        except ExtrapolationException as error:
+            held_back(error, paths.newest_path(target_frame, source_frame).moving)
+            raise
 
     def lookup_newest(self, target_frame: str, source_frame: str, *,
                       max_age: SupportsIndex | None = None) -> NewestPose:
@@ -130,9 +142,9 @@ class FreshQueries(UncertainQueries):
         :param max_age: how old each edge's newest sample may be; see ``lookup``. An edge that
             holds its newest sample for a while gets older only after that.
 
-        It raises the errors of ``lookup``; of those of extrapolation, only ``StaleException``.
+        It raises the errors of ``lookup``; of the extrapolation errors, only ``StaleException``.
         """
-        limit = self.max_age if max_age is None else self.checked_limit(max_age)
+        limit = self._max_age if max_age is None else self.checked_limit(max_age)
         return self.observers.watch([asked(target_frame, source_frame, LATEST)],
                                     self._lookup_newest, target_frame, source_frame, limit)
 
@@ -144,7 +156,7 @@ class FreshQueries(UncertainQueries):
             path = self._tree.paths.newest_path(target_frame, source_frame)
             now = self._now() if self._clock else 0
             if limit is not None:
-                check_each_age(path.moving, now, limit)
+                check_ages(path.moving, now, limit)
             stamps = {edge.child: _newest_stamp(edge, now) for edge in path.moving}
             down, up = ([part.sample(stamps.get(part.child, LATEST)) for part in parts]
                         for parts in (path.source_parts, path.target_parts))
@@ -167,14 +179,14 @@ class FreshQueries(UncertainQueries):
             integer.
         :raises StaleException: the latest is older than the limit.
         """
-        limit = self.max_age if max_age is None else self.checked_limit(max_age)
-        if limit is None or self._stamp_of(stamp) != LATEST:
+        is_latest = self._stamp_of(stamp) == LATEST
+        limit = self._max_age if max_age is None else self.checked_limit(
+            max_age, is_used=is_latest)
+        if limit is None or not is_latest:
             return super().lookup_tree(target_frame, stamp)
         with self._lock:
             with FramesInErrors(self._tree, target_frame, None):
-                spanning = self._tree.spanning
-                check_age(spanning.moving(target_frame), spanning.latest_of_all(target_frame),
-                          self._now(), limit)
+                check_ages(self._tree.spanning.moving(target_frame), self._now(), limit)
             return super().lookup_tree(target_frame, stamp)
 
     # --- with covariances
@@ -199,7 +211,8 @@ class FreshQueries(UncertainQueries):
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp, independent: bool,
                    max_age: SupportsIndex | None = None) -> tuple[int, PoseTuple, EdgeErrors]:
-        if self._stamp_of(stamp) != LATEST or self.max_age is max_age is None:
+        if self._stamp_of(stamp) != LATEST or self._max_age is max_age is None:
+            self.checked_limit(max_age, is_used=False)
             return super()._errors_at(target_frame, source_frame, stamp, independent)
         with self._lock:
             found, pose = self.lookup_no_older(target_frame, source_frame, LATEST, max_age)
@@ -207,9 +220,10 @@ class FreshQueries(UncertainQueries):
                 self._tree, target_frame, source_frame, found, True, independent)
 
     def _newest_of(self, target_frame: str, source_frames: Sequence[str]) -> int:
-        if self.max_age is not None:
-            for source_frame in source_frames:
-                self.lookup_stamped(target_frame, source_frame)
+        if self._max_age is not None:
+            with self.observers.quiet():
+                for source_frame in source_frames:
+                    self.lookup_stamped(target_frame, source_frame)
         return super()._newest_of(target_frame, source_frames)
 
     # --- the clock
@@ -219,10 +233,14 @@ class FreshQueries(UncertainQueries):
         assert self._clock is not None
         return self._clock()
 
-    def checked_limit(self, max_age: SupportsIndex) -> int | None:
-        """Return a limit as a plain int, or None for any age; see ``lookup`` for the errors."""
-        limit = checked_max_age(max_age)
-        if limit is not None and self._clock is None:
+    def checked_limit(self, max_age: SupportsIndex | None, *, is_used: bool = True) -> int | None:
+        """
+        Return a limit as a plain int, or None for any age; see ``lookup`` for the errors.
+
+        :param is_used: whether it needs a clock.
+        """
+        limit = None if max_age is None else checked_max_age(max_age)
+        if is_used and limit is not None and self._clock is None:
             raise InvalidArgumentException(
                 f'max_age={limit} needs a clock: {self._how_to_get_one}')
         return limit
@@ -234,7 +252,7 @@ class FreshQueries(UncertainQueries):
         """Return a copy of the present state; ages in it are those at the present time."""
         still = super().snapshot()
         if isinstance(still, FreshQueries) and self._clock is not None:
-            still._clock, still.max_age = partial(int, self._clock()), self.max_age
+            still._clock, still._max_age = partial(int, self._clock()), self._max_age
         return still
 
 

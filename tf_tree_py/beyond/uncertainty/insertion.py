@@ -155,17 +155,24 @@ class Covariances:
         if received.covariance is None:
             return EdgeEstimate(*sample, None)
         try:
-            covariance = checked_covariance(received.covariance)
-        except InvalidArgumentException as error:
+            covariance = self._checked(received.covariance)
+        except (InvalidArgumentException, TypeError, ValueError) as error:
             fault = str(error)
         else:
-            if self.planar:
-                covariance[_OFF_THE_FLOOR] = covariance[:, _OFF_THE_FLOOR] = 0.0
             fault = _fault_of(covariance) or self._fault_of_edge(sample.parent)
         if not fault:
             return EdgeEstimate(*sample, covariance)
-        incident = _refused(sample, authority, fault)
-        return EdgeEstimate(*sample, None, incident) if self.with_poses else incident
+        if self.with_poses:
+            return EdgeEstimate(*sample, None, _incident(
+                Kind.POSE_ALONE, sample, authority, fault))
+        return _incident(Kind.BAD_COVARIANCE, sample, authority, fault)
+
+    def _checked(self, given: npt.ArrayLike) -> Array:
+        if not self.planar:
+            return checked_covariance(given)
+        flat = np.array(given, dtype=float).reshape(6, 6)
+        flat[_OFF_THE_FLOOR] = flat[:, _OFF_THE_FLOOR] = 0.0
+        return checked_covariance(flat)
 
     def _fault_of_edge(self, parent: str) -> str:
         if self.edge is None or self.edge[0] == parent:
@@ -182,12 +189,12 @@ class Covariances:
 def not_moved(estimate: EdgeEstimate, frame: str, error: TransformException | None,
               authority: str) -> Incident:
     """Return an incident: the pose of the frame to move an estimate to is not available."""
-    return _refused(estimate, authority,
-                    f'the pose of {frame!r} at that time is not available: {error}')
+    return _incident(Kind.BAD_COVARIANCE, estimate, authority,
+                     f'the pose of {frame!r} at that time is not available: {error}')
 
 
-def _refused(about: Sample | EdgeEstimate, authority: str, why: str) -> Incident:
-    return Incident(Kind.BAD_COVARIANCE, about.parent, about.child, about.stamp, authority, why)
+def _incident(kind: Kind, about: Sample | EdgeEstimate, authority: str, why: str) -> Incident:
+    return Incident(kind, about.parent, about.child, about.stamp, authority, why)
 
 
 def _fault_of(covariance: Array) -> str:

@@ -32,6 +32,7 @@ class Kind(Enum):
     FAR_FUTURE = 'too far in the future'
     LOOP = 'would close a loop'
     BAD_COVARIANCE = 'unusable covariance'
+    POSE_ALONE = 'covariance not used'
     TOO_MANY_FRAMES = 'too many frames'
     NOT_ITS_OWN = "another's frame"
     SECOND_PARENT = 'two publishers, two parents'
@@ -45,7 +46,7 @@ class Kind(Enum):
     SOURCE_PREFERRED = 'better source is back'
 
 
-REMARKS = frozenset({Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
+REMARKS = frozenset({Kind.POSE_ALONE, Kind.SECOND_PARENT, Kind.TWO_PUBLISHERS, Kind.KIND_CHANGE,
                      Kind.SILENT_EDGE_ENDED, Kind.AHEAD_OF_CLOCK, Kind.JUMP_BACK,
                      Kind.SOURCE_SILENT, Kind.SOURCE_DIVERGED, Kind.SOURCE_PREFERRED})
 

@@ -36,8 +36,8 @@ class AttachedListeners:
 
     :ivar watch: the buffer's clock; listeners lend it their clocks.
     :ivar log: the log of what is wrong with arriving messages.
-    :ivar side_listeners: the number of listeners to what is beside transforms.
-    :ivar topics: the full names of the topics from which it was ever filled.
+    :ivar side_listeners: the number of listeners to covariances or angular velocities.
+    :ivar topics: the full names of the topics to which any listener has subscribed.
     """
 
     def __init__(self, intake: Intake, waiting: Waiting, watch: ClockWatch,

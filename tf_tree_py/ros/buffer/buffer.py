@@ -79,6 +79,7 @@ class Buffer(Lookups):
             max_future=nanoseconds_or_none(max_future),
             clear_on_jump_back=nanoseconds_or_none(clear_on_jump_back),
             max_age=as_span(max_age, 'max_age'))
+        self._watch.on_younger = self.waiting.ask_again
         self.timeouts = Timeouts(
             self.waiting, self._watch,
             None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)

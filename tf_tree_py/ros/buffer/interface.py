@@ -18,9 +18,10 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import Header
+from tf_tree_py.beyond.freshness.ages import checked_max_age
 
 from .answers import answered
-from ..messages.convert import as_nanoseconds, DurationLike, SpanLike, TimeLike
+from ..messages.convert import as_nanoseconds, as_span, DurationLike, SpanLike, TimeLike
 from ..waiting.futures import AwaitableFuture, outcome
 
 if TYPE_CHECKING:
@@ -126,7 +127,8 @@ class BufferInterface:
         return result if new_type is None else _registry().convert(result, new_type)
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
-                         timeout: DurationLike = NO_TIME) -> TransformStamped:
+                         timeout: DurationLike = NO_TIME, *,
+                         max_age: SpanLike = None) -> TransformStamped:
         """Return the transform from source to target; a subclass implements it."""
         raise _registry().NotImplementedException()
 
@@ -137,7 +139,8 @@ class BufferInterface:
         raise _registry().NotImplementedException()
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
-                                 timeout: DurationLike | None = None) -> AwaitableFuture:
+                                 timeout: DurationLike | None = None, *,
+                                 max_age: SpanLike = None) -> AwaitableFuture:
         """Return a future of the transform; a subclass implements it."""
         raise _registry().NotImplementedException()
 
@@ -189,6 +192,7 @@ class BufferInterface:
         :param max_age: see ``lookup_transform``.
         """
         _check_times(timeout, time)
+        _check_limit(max_age)
         return _answer(return_debug_tuple, lambda: self.lookup_transform(
             target_frame, source_frame, time, timeout, **_given(max_age)))
 
@@ -233,6 +237,12 @@ def _check_times(timeout: object, *times: object) -> None:
     for time in times:
         as_nanoseconds(time, Time)
     as_nanoseconds(timeout)
+
+
+def _check_limit(max_age: SpanLike) -> None:
+    given = as_span(max_age, 'max_age')
+    if given is not None:
+        checked_max_age(given)
 
 
 def _answer(with_reason: bool, lookup: Callable[[], object]) -> bool | tuple[bool, str]:

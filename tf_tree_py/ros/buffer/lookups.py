@@ -81,8 +81,8 @@ class Lookups(CoreApi, BufferInterface):
             for which all edges between the two have data.
         :param timeout: an rclpy ``Duration`` to wait until the lookup becomes possible.
         :param max_age: an rclpy ``Duration``: how old the latest may be by the buffer's clock.
-            None: as old as that of the buffer says; ``UNLIMITED``: any age. It does not concern
-            other times.
+            None: the ``max_age`` of the buffer; ``UNLIMITED``: any age. It does not concern other
+            times.
         :raises LookupException: a frame that was never published.
         :raises ConnectivityException: the frames are not connected.
         :raises ExtrapolationException: an edge between them has no data for the time.
@@ -125,8 +125,8 @@ class Lookups(CoreApi, BufferInterface):
         limit = as_span(max_age, 'max_age')
         return partial(self.lookup_no_older, target_frame, source_frame, stamp, limit)
 
-    def lookup_transform_newest(self, target_frame: str, source_frame: str,
-                                timeout: DurationLike = NO_TIME, *,
+    def lookup_transform_newest(self, target_frame: str, source_frame: str, *,
+                                timeout: DurationLike = NO_TIME,
                                 max_age: SpanLike = None) -> NewestTransform:
         """
         Return the transform composed of the newest sample of each edge, whatever their stamps.

@@ -4,7 +4,7 @@
 """The methods of ``tf2_py.BufferCore`` under their own names, in messages and ROS times."""
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any, cast, SupportsIndex
 
 from geometry_msgs.msg import TransformStamped, Twist, Vector3, VelocityStamped
 import numpy.typing as npt
@@ -24,8 +24,10 @@ from tf_tree_py.reports import plain_text
 from .answers import answered
 from ..messages.convert import (
     as_nanoseconds,
+    as_span,
     as_stamp,
     DurationLike,
+    SpanLike,
     time_message,
     TimeLike,
     transform_stamped,
@@ -44,6 +46,13 @@ def _checked_ros_stamp(stamp: Stamp | TimeLike, is_simulated: Callable[[], bool]
     return checked_stamp(stamp)
 
 
+def _as_limit(max_age: SupportsIndex | SpanLike) -> SupportsIndex | None:
+    """Return a caller's limit, which may be a duration, as the core accepts it."""
+    if hasattr(max_age, 'nanoseconds') or hasattr(max_age, 'nanosec'):
+        return as_span(max_age, 'max_age')
+    return cast('SupportsIndex | None', max_age)
+
+
 class RosSnapshot(Snapshot):
     """A buffer's contents at one moment, with lookups by ROS times."""
 
@@ -58,6 +67,11 @@ class RosSnapshot(Snapshot):
 
     def _stamp_of(self, stamp: Stamp | TimeLike) -> int:
         return _checked_ros_stamp(stamp, lambda: self._simulated)
+
+    def checked_limit(self, max_age: SupportsIndex | SpanLike, *,
+                      is_used: bool = True) -> int | None:
+        """Return a limit as a plain int; it may also be a ``Duration``."""
+        return super().checked_limit(_as_limit(max_age), is_used=is_used)
 
 
 # --- velocities
@@ -94,6 +108,11 @@ class CoreApi(BufferCore):
 
     def _stamp_of(self, stamp: Stamp | TimeLike) -> int:
         return _checked_ros_stamp(stamp, self._is_simulated)
+
+    def checked_limit(self, max_age: SupportsIndex | SpanLike, *,
+                      is_used: bool = True) -> int | None:
+        """Return a limit as a plain int; it may also be a ``Duration``."""
+        return super().checked_limit(_as_limit(max_age), is_used=is_used)
 
     def snapshot(self) -> RosSnapshot:
         """

@@ -85,6 +85,8 @@ def as_span(given: SpanLike, name: str = 'cache_time') -> int | None:
             f'{name}={given} is not a time, because it has no unit: pass an '
             'rclpy.duration.Duration, such as '
             f'Duration({unit}={given}), or UNLIMITED')
+    if isinstance(given, Time | TimeMessage):
+        raise TypeError(f'{name}={given!r} is a point in time: pass an rclpy.duration.Duration')
     return as_nanoseconds(given)
 
 

@@ -96,6 +96,7 @@ class BufferClient(Closable, BufferInterface):
         :param timeout: an rclpy ``Duration`` to wait for the transform, and for a server.
         :param max_age: an rclpy ``Duration``: how old the latest may be by the clock of the node.
             None, or ``UNLIMITED``: as old as the server allows. It does not concern other times.
+            While it waits, it asks the server again several times a second.
         :raises TimeoutException: it was not available in time; or there is no server, it
             disappeared, or it did not answer: the text names the case.
         :raises StaleException: the latest is older than ``max_age``.

@@ -304,6 +304,7 @@ class LookupCall(AwaitableFuture):
         self._lease_s = self._timeout_s = timeout_s
         self._padding_s = padding_s
         self._is_part = False
+        self._longest_lease_s = LEASE_S
 
     @property
     def sent(self) -> bool:
@@ -340,7 +341,7 @@ class LookupCall(AwaitableFuture):
         self._sent_at = time.monotonic()
         # Without a timeout a server returns the missing data as the reason, and not the timeout.
         left_s = max(self.left_s(), min(self._timeout_s, _LEAST_S))
-        self._lease_s = min(left_s, LEASE_S)
+        self._lease_s = min(left_s, self._longest_lease_s)
         self._is_part = self._lease_s < left_s
         self._goal.timeout = Duration(nanoseconds=from_seconds(self._lease_s)).to_msg()
         return self._goal
@@ -352,30 +353,28 @@ class LookupCall(AwaitableFuture):
             self._report(self, Event.UNKNOWN_THERE)
             return
         try:
-            transform = _transform_of(response.status, response.result)
-            is_answer = self._is_answer(transform)
+            transform = self._answer_in(response)
         except TransformException as error:
-            if isinstance(error, TimeoutException) and self._may_ask_again():
-                self._report(self, Event.PART_OVER)
-                return
             self._report(self, Event.RESULT)
-            self.set_exception(self._reason(error).with_traceback(None))
+            self.set_exception(error.with_traceback(None))
         else:
-            self._report(self, Event.RESULT if is_answer else Event.PART_OVER)
-            if is_answer:
+            self._report(self, Event.PART_OVER if transform is None else Event.RESULT)
+            if transform is not None:
                 self.set_result(transform)
 
-    def _is_answer(self, transform: TransformStamped) -> bool:
+    def _answer_in(self, response: LookupTransform.Impl.GetResultService.Response
+                   ) -> TransformStamped | None:
         """
-        Return whether a transform ends the lookup; if not, the goal is sent again.
+        Return the transform of a response; None: ask again.
 
-        :raises TransformException: it does not, and there is no time for another.
+        :raises TransformException: there is none, and no time to ask again.
         """
-        return True
-
-    def _reason(self, error: TransformException) -> TransformException:
-        """Return the error to end with, for that of a server."""
-        return error
+        try:
+            return _transform_of(response.status, response.result)
+        except TimeoutException:
+            if self._may_ask_again():
+                return None
+            raise
 
     def _may_ask_again(self) -> bool:
         """Return whether the server timed out because the request was for a part of the time."""

@@ -55,7 +55,6 @@ class Feed:
         self._topic = topic
         self._authority = PublisherNames(node, topic)
         self._duplicates = DuplicatePublishers(self._authority, static)
-        buffer.feeds.topics[topic] = None
         buffer.feeds.name_later(self._authority.placeholder, self._authority.name)
 
     def _subscribe(self, msg_type: type, callback: Callable[[Any, Info], None],
@@ -72,6 +71,7 @@ class Feed:
                 self._topic, log, self._duplicates.forget_for_a_while))
         except UnsupportedEventTypeError:  # the middleware does not report who leaves
             self._subscription = subscribe(event_callbacks=mismatches(self._topic, log))
+        self._buffer.feeds.topics[self._topic] = None
 
     def close(self) -> None:
         """Stop receiving; needed where the subscription is on the user's node."""

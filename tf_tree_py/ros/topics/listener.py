@@ -33,6 +33,8 @@ Message = TypeVar('Message')
 
 NAME = 'transform_listener_impl'
 """The name of the small nodes of listeners, without its hidden prefix and random digits."""
+# Of a topic with a message for each of many frames; a busy thread may be delayed for a second.
+_DEPTH = 1000
 # Of messages that are read in steps.
 MOST_WAITING_BYTES = 16_000_000
 
@@ -144,21 +146,30 @@ class TransformListener(Closable):
         The prefixes and the filter of this listener apply to them, too.
 
         :param msg_type: such as ``Odometry``.
-        :param read: returns what a message says: a ``PoseSample``, several, or None. It is called
-            in the thread that reads. None for ``Odometry``, ``PoseStamped``,
-            ``PoseWithCovarianceStamped`` and ``TransformStamped``.
-        :param parent: the frame in whose coordinates the poses are; None: the messages name it.
-        :param child: the frame whose poses they are; None: the messages name it.
+        :param read: returns what a message contains: a ``PoseSample``, several, or None. It is
+            called in the thread that also reads ``/tf``, so it must be fast. None for
+            ``Odometry``, ``PoseStamped``, ``PoseWithCovarianceStamped`` and ``TransformStamped``.
+        :param parent: the frame in whose coordinates the poses are, before it gets a prefix; None:
+            the messages name it.
+        :param child: the frame whose poses they are, likewise.
         :param static: whether the poses are valid at all times.
         :param covariances: use the covariances of the messages, too; one that cannot be used, such
             as one of zeros, is reported, and its pose is used.
-        :param planar: of these, use only x, y and the rotation about z; see ``Covariances``.
-        :param qos: best effort unless given, which matches every publisher; of a static topic,
-            reliable and transient local.
-        :raises ValueError: a type without a reader, or messages that do not name their child.
+        :param planar: of the covariances, use only x, y and the rotation about z; see
+            ``Covariances``.
+        :param qos: best effort, which matches every publisher, and depth 1000 unless given; of a
+            static topic, reliable and transient local.
+        :raises TypeError: not a type of message, or not a function.
+        :raises ValueError: a type without a reader, messages that do not name their child, or
+            ``planar`` without ``covariances``.
         :raises SharedTreeException: the buffer shows the tree of another process.
         :raises RuntimeError: the listener is closed.
         """
+        if not isinstance(msg_type, type) or not (read is None or callable(read)):
+            raise TypeError(f'subscribe({msg_type!r}, {topic!r}, {read!r}) takes a type of '
+                            'message, a topic, and perhaps a function that reads a message')
+        if planar and not covariances:
+            raise ValueError('planar=True applies to covariances: pass covariances=True, too')
         from .pose_feed import PoseFeed, reader_of  # it imports messages that few programs need
         self.buffer.check_receives('TransformListener.subscribe')
         feeds = self._feeds
@@ -166,9 +177,9 @@ class TransformListener(Closable):
             raise RuntimeError('TransformListener.subscribe: this listener is closed')
         feeds.append(PoseFeed(
             self.buffer, self._home, self.node.resolve_topic_name(topic), static,
-            qos or (static_listener_qos() if static else sensor_qos()), self._names,
-            self._spinner, msg_type, read or reader_of(msg_type, child), (parent, child),
-            planar if covariances else None))
+            qos or (static_listener_qos() if static else sensor_qos(_DEPTH)), self._names,
+            self._spinner, msg_type, read or reader_of(msg_type, child), self.node,
+            (parent, child), planar if covariances else None))
         if self._receiver is not None:
             self._receiver.wake()
 

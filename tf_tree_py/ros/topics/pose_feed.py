@@ -4,13 +4,14 @@
 """
 Topics of any type whose messages carry poses, as transforms of a tree.
 
-A reader returns what a message says, as ``PoseSample``; those of common types are here, and a
+A reader returns what a message contains, as ``PoseSample``; those of common types are here, and a
 program passes its own for others. What a reader returns is checked as transforms are, and an
 exception of a reader is an incident of its topic.
 """
 
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, cast, NamedTuple, TypeAlias
+import weakref
 
 from geometry_msgs.msg import (
     Pose,
@@ -20,7 +21,6 @@ from geometry_msgs.msg import (
     TransformStamped,
 )
 from nav_msgs.msg import Odometry
-import numpy as np
 import numpy.typing as npt
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -31,9 +31,10 @@ from tf_tree_py.beyond.uncertainty.insertion import (
     insert_estimated_pose,
 )
 from tf_tree_py.core.edges.packed import pack_pose
-from tf_tree_py.core.errors import InvalidArgumentException
+from tf_tree_py.core.errors import InvalidArgumentException, TransformException
 from tf_tree_py.core.geometry.poses import checked_pose, PoseLike
 from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages.incidents import Incident, Kind
 from tf_tree_py.core.messages.message_layout import Rename
 from tf_tree_py.core.messages.sample import Batch, Edge, ImpossibleStamp
@@ -51,14 +52,14 @@ _MAX_KNOWN = 256
 
 class PoseSample(NamedTuple):
     """
-    The pose of a frame in another, as a message says it.
+    The pose of a frame in another, as a message contains it.
 
     :ivar parent: the frame in whose coordinates the pose is.
     :ivar child: the frame whose pose it is.
     :ivar stamp: a message's or rclpy's time, or nanoseconds; ignored if the topic is static.
     :ivar pose: ``parent_T_child``: a ``Pose`` or ``Transform`` message, or what
         ``BufferCore.insert`` takes.
-    :ivar covariance: of 36 numbers, as in ``PoseWithCovariance``; None: unknown.
+    :ivar covariance: (6, 6), or 36 numbers as in ``PoseWithCovariance``; None: unknown.
     """
 
     parent: str
@@ -136,44 +137,54 @@ class PoseFeed(Feed):
 
     def __init__(self, buffer: Buffer, node: Node, topic: str, static: bool, qos: QoSProfile | int,
                  names: Rename, spinner: Spinner, msg_type: type,
-                 read: Callable[[Any], Said], edge: tuple[str | None, str | None],
+                 read: Callable[[Any], Said], owner: Node, edge: tuple[str | None, str | None],
                  planar: bool | None) -> None:
         """
         Begin to receive.
 
         :param names: the new names of an edge.
-        :param read: returns what a message says.
-        :param edge: the parent and the child, for those that the messages do not name rightly.
+        :param read: returns what a message contains.
+        :param owner: the user's node, which this does not keep alive.
+        :param edge: the parent and the child, which replace those in the messages; None: they
+            stay.
         :param planar: see ``Covariances``; None: use no covariances.
         """
         super().__init__(buffer, node, topic, static, spinner)
-        self._names, self._read, self._edge = names, read, edge
+        self._names, self._read, self._edge = names, _weakly(read, owner), edge
         self._uses_covariances = planar is not None
         self._rules = Covariances(with_poses=True, planar=bool(planar))
         self._known: set[tuple[Edge, ...]] = set()
+        self._type = f'a message of type {msg_type.__name__}'
         self._subscribe(msg_type, self._receive, qos)
 
     def _receive(self, message: Any, info: Info) -> None:
         self._spinner.note()
         authority = self._authority.name()
-        try:
-            said = self._read(message)
-            found = [each for sample in _each(said)
-                     if (each := self._estimate(sample)) is not None]
-        except Exception as error:  # noqa: B902 - a reader may raise anything
-            self._refuse(Incident(
-                Kind.MALFORMED, '', '', LATEST, authority, f'{self._topic}: a '
-                f'{type(message).__name__} cannot be read: {type(error).__name__}: {error}'))
-            return
         estimates = []
-        for each in found:
-            judged = self._rules.judged(each, authority)
-            if isinstance(judged, Incident):
-                self._refuse(judged)
-            else:
-                estimates.append(judged)
+        try:
+            for sample in _each(self._read(message)):
+                judged = self._judged(sample, authority)
+                if isinstance(judged, Incident):
+                    self._refuse(judged)
+                elif judged is not None:
+                    estimates.append(judged)
+        except Exception as error:  # noqa: B902 - a reader may raise anything
+            self._refuse(self._unreadable(error, authority))
         if estimates:
             self._store(estimates, info)
+
+    def _judged(self, sample: PoseSample, authority: str) -> EdgeEstimate | Incident | None:
+        """Return what a reader returned, checked; None: it is not wanted."""
+        try:
+            found = self._estimate(sample)
+            return None if found is None else self._rules.judged(found, authority)
+        except (AttributeError, TransformException, TypeError, ValueError) as error:
+            return self._unreadable(error, authority)
+
+    def _unreadable(self, error: Exception, authority: str) -> Incident:
+        return Incident(Kind.MALFORMED, '', '', LATEST, authority,
+                        f'{self._topic}: {self._type} cannot be read: '
+                        f'{type(error).__name__}: {error}')
 
     def _estimate(self, sample: PoseSample) -> EdgeEstimate | ImpossibleStamp | None:
         """Return what a reader returned, with the names of the tree; None: it is not wanted."""
@@ -191,10 +202,8 @@ class PoseFeed(Feed):
         stamp = LATEST if self._static else _stamp_of(sample.stamp)
         if isinstance(stamp, tuple):
             return ImpossibleStamp(*edge, *stamp)
-        covariance = None
-        if self._uses_covariances and sample.covariance is not None:
-            covariance = np.asarray(sample.covariance, dtype=float)
-        return EdgeEstimate(*edge, stamp, _pose_of(sample.pose), covariance)
+        return EdgeEstimate(*edge, stamp, _pose_of(sample.pose), cast(
+            'Array | None', sample.covariance if self._uses_covariances else None))
 
     def _store(self, estimates: list[EdgeEstimate], info: Info) -> None:
         batch = Batch([(each.parent, each.child) for each in estimates],
@@ -216,6 +225,14 @@ class PoseFeed(Feed):
             self._known.clear()
         self._known.add(edges)
         return True
+
+
+def _weakly(read: Callable[[Any], Said], node: Node) -> Callable[[Any], Said]:
+    """Return a reader that does not keep alive the node whose method it is."""
+    if getattr(read, '__self__', None) is not node:
+        return read
+    method = weakref.WeakMethod(read)
+    return lambda message: alive(message) if (alive := method()) is not None else None
 
 
 def _each(said: Said) -> Iterable[PoseSample]:

@@ -9,7 +9,8 @@ It decides when time has started anew, and when simulated time has reached the e
 The rules:
 
 - A tick runs in the thread that takes ``/clock``, or sets ``use_sim_time``, within rclpy. It calls
-  ``on_jump_back`` without a lock, because that takes the buffer's and wakes the waiters.
+  ``on_jump_back`` and ``on_younger`` without a lock, because these take the buffer's and wake the
+  waiters.
 - Another thread may replace the clock at any moment, also during a tick. So ``_followed`` is read
   once, without the lock, and a tick of another clock than that is ignored.
 - ``Timed.reach``, ``Timed.start`` and what ``waking`` calls take no lock: those of this file may
@@ -138,6 +139,8 @@ class ClockWatch:
         """Whether the time comes from ``/clock`` and not from the system."""
         self.released = 0
         """How often ``release`` was called."""
+        self.on_younger: Callable[[], object] = lambda: None
+        """Called when time has begun, or stepped back a little: what was too old may be fresh."""
         self.may_report = True
         """Whether ``report_if_stopped`` has not reported anything yet."""
         fork_locks.repair(self)
@@ -250,7 +253,10 @@ class ClockWatch:
         """Compare the time with the newest one that the clock has shown."""
         back = followed.newest - now
         if back < self._jump_back:
+            is_younger = back > 0 or followed.newest <= 0
             followed.newest = max(followed.newest, now)
+            if is_younger:
+                self.on_younger()
         else:
             followed.newest = now
             self._on_jump_back(TimeJump(jump.clock_change, Duration(nanoseconds=-back)))
