@@ -28,6 +28,10 @@ class Call:
         # 'acceptance' or 'result': the expected response.
         self.expected = None
         self.is_wanted = True
+        self.is_paused = False
+
+    def is_due(self):
+        return not self.is_paused
 
 
 # What a client may notice of a call, and in which states.
@@ -89,14 +93,21 @@ class GoalsMachine(RuleBasedStateMachine):
     @rule()
     def send(self):
         call = self.goals.next_to_send()
+        due = [each for each in self.line if each.is_due()]
         if call is None:
-            assert not self.line or len(self.goals.in_state(*UNACCEPTED)) == MAX_UNACCEPTED
+            assert not due or len(self.goals.in_state(*UNACCEPTED)) == MAX_UNACCEPTED
             return
-        assert call is self.line[0]
+        assert call is due[0]
         call.number, call.expected = next(self.numbers), 'acceptance'
         self.line.remove(call)
         assert self.goals.move(call, Event.SENT) == ()
         self.asked.append(call.number)
+
+    @rule(which=any_call)
+    def pause_or_go_on(self, which):
+        call = self.some(which, lambda call: call.state is State.TO_BE_SENT)
+        if call:
+            call.is_paused = not call.is_paused
 
     @rule(which=any_call,
           events=st.lists(st.sampled_from([*NOTICED]), min_size=1, max_size=3))
@@ -183,6 +194,8 @@ class GoalsMachine(RuleBasedStateMachine):
 
     def teardown(self):
         """Let the server process everything: then every call ends, and stays ended."""
+        for call in self.calls:
+            call.is_paused = False
         for _ in range(3 * len(self.calls) + 3):
             self.send()
             if self.asked:

@@ -7,7 +7,7 @@ A lookup of the latest at a buffer server that refuses a transform that is too o
 A goal has no field for that, so the client compares the stamp. To wait, it asks for the oldest
 stamp that is allowed, which the server awaits, and then for the latest again. That stamp may
 never come, if the tree began anew, so it is awaited for a moment only. Or it is there already, if
-an edge holds its newest sample; then the client pauses: it awaits a stamp that is never reached.
+an edge holds its newest sample; then the client pauses.
 """
 
 from __future__ import annotations
@@ -20,16 +20,15 @@ from geometry_msgs.msg import TransformStamped
 from tf2_msgs.action import LookupTransform
 from tf_tree_py.beyond.freshness.ages import stale, StaleException
 from tf_tree_py.core.errors import TransformException
-from tf_tree_py.core.stamp import LATEST, NANOSECONDS_PER_SECOND
+from tf_tree_py.core.stamp import LATEST
 
 from .lookup_goal import LEASE_S, LookupCall
 from ..messages.convert import as_nanoseconds, time_message
 
-# How long a stamp is awaited before the latest is asked for again.
+# How long a stamp is awaited, or nothing is asked, before the latest is asked for again.
 _WAIT_S, _PAUSE_S = 0.25, 0.1
 # How much later the answer of a server may come.
 _SLACK_S = 0.1
-_NEVER = (2 ** 31 - 1) * NANOSECONDS_PER_SECOND
 
 
 class FreshCall(LookupCall):
@@ -65,11 +64,12 @@ class FreshCall(LookupCall):
             return transform
         if self.left_s() <= 0.0:
             raise self._stale()
-        self._awaits = True
         now = self._now()
         if self._pauses or now <= 0:
-            self._ask_for(_NEVER, _PAUSE_S)
+            self._pauses = False
+            self._due_at = min(time.monotonic() + _PAUSE_S, self._begin + self._timeout_s)
         else:
+            self._awaits = True
             self._ask_for(now - self._max_age, _WAIT_S)
         return None
 

@@ -240,10 +240,10 @@ class Goals:
         return [goal for state in states for goal in self._goals[state]]
 
     def next_to_send(self) -> LookupCall | None:
-        """Return the first goal in the queue; None: there is none, or no room for it yet."""
+        """Return the first goal that is due; None: there is none, or no room for it yet."""
         if sum(len(self._goals[state]) for state in UNACCEPTED) >= self._max_unaccepted:
             return None
-        return next(iter(self._goals[State.TO_BE_SENT]), None)
+        return next((goal for goal in self._goals[State.TO_BE_SENT] if goal.is_due()), None)
 
     def move(self, goal: LookupCall, event: Event) -> tuple[Action, ...]:
         """Move a goal to its next state; return the actions to carry out, in order."""
@@ -305,6 +305,7 @@ class LookupCall(AwaitableFuture):
         self._padding_s = padding_s
         self._is_part = False
         self._longest_lease_s = LEASE_S
+        self._due_at = self._begin
 
     @property
     def sent(self) -> bool:
@@ -319,6 +320,10 @@ class LookupCall(AwaitableFuture):
     def left_s(self) -> float:
         """Return how long the lookup may still take at a server, or a server to appear."""
         return max(0.0, self._begin + self._timeout_s - time.monotonic())
+
+    def is_due(self) -> bool:
+        """Return whether it may be sent."""
+        return time.monotonic() >= self._due_at
 
     def sent_s(self) -> float:
         """Return the seconds since the last request to a server."""

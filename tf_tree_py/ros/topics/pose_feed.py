@@ -178,7 +178,8 @@ class PoseFeed(Feed):
         try:
             found = self._estimate(sample)
             return None if found is None else self._rules.judged(found, authority)
-        except (AttributeError, TransformException, TypeError, ValueError) as error:
+        except (ArithmeticError, AttributeError, TransformException, TypeError,
+                ValueError) as error:
             return self._unreadable(error, authority)
 
     def _unreadable(self, error: Exception, authority: str) -> Incident:
