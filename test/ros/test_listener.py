@@ -32,7 +32,7 @@ from ros_helpers import (
 )
 from tf2_msgs.msg import TFMessage
 import tf_tree_py as tf
-from tf_tree_py.ros.topics import listener as listener_topics
+from tf_tree_py.ros.topics import feed as feed_module
 
 MAP_BASE = TFMessage(transforms=[transform('map', 'base')])
 EITHER_THREAD = pytest.mark.parametrize('spin_thread', [True, False])
@@ -302,14 +302,14 @@ def test_listener_whose_node_is_destroyed_hears_no_more_and_ends(
 
 def test_middleware_that_does_not_report_who_leaves_has_listeners_too(
         node, listen, talker, monkeypatch):
-    mismatches = listener_topics.mismatches
+    mismatches = feed_module.mismatches
 
     def without_matched(topic, log, on_left=None):
         if on_left is not None:
             raise UnsupportedEventTypeError('matched')
         return mismatches(topic, log)
 
-    monkeypatch.setattr(listener_topics, 'mismatches', without_matched)
+    monkeypatch.setattr(feed_module, 'mismatches', without_matched)
     buffer = listen(node)
     talker.move(transform('map', 'base', 1.0), into=buffer)
     assert buffer.can_transform('map', 'base', at(1.0))

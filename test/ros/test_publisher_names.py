@@ -18,8 +18,10 @@ from tf_tree_py import Buffer, Incident
 from tf_tree_py.core import Kind
 from tf_tree_py.core.messages.message_layout import as_published
 from tf_tree_py.health.doctor import Doctor
-from tf_tree_py.ros.topics import endpoints, listener
+from tf_tree_py.ros.topics import endpoints
 from tf_tree_py.ros.topics.endpoints import PublisherNames
+from tf_tree_py.ros.topics.feed import TransformFeed
+from tf_tree_py.ros.topics.spinner import Spinner
 
 AMCL, SLAM, WHEELS = ('/', 'amcl'), ('/', 'slam'), ('/', 'wheels')
 NOBODY = 'unknown publisher of /tf'
@@ -129,7 +131,7 @@ def watched(graph, clock):
     graph.create_subscription = lambda kind, topic, callback, *_, **__: callbacks.append(callback)
     buffer, doctor = Buffer(), Doctor()
     buffer.observers.add(doctor)
-    listener.Feed(buffer, graph, '/tf', False, 10, as_published, listener.Spinner(buffer, graph))
+    TransformFeed(buffer, graph, '/tf', False, 10, as_published, Spinner(buffer, graph))
 
     def hear(parent, child):
         message = TFMessage(transforms=[transform(parent, child, clock.now)])

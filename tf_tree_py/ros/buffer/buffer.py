@@ -2,259 +2,272 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-tf2's ``Buffer``: the core with messages, clocks and timeouts.
+tf2's ``Buffer``: the core with messages, clocks and timeouts; here its lookups.
 
-What fills it, its clock, and what it lists. ``lookups`` has what it answers.
+They only convert; ``BufferCore`` computes every answer. Those that neither wait nor need a clock
+are in ``tf2_methods``.
 """
 
-from pathlib import Path
-import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+import threading
+from typing import Any, NamedTuple, TypeVar
 
-from geometry_msgs.msg import TransformStamped
-from rclpy.clock import Clock, ClockChange, TimeJump
-from rclpy.duration import Duration
-import rclpy.logging
-from rclpy.node import Node
-from tf2_msgs.srv import FrameGraph
-from tf_tree_py.core import EdgeInfo
-from tf_tree_py.core.buffer.plain_buffer import (
-    DEFAULT_AUTHORITY,
-    DEFAULT_MAX_FRAMES,
-    DEFAULT_MAX_NAME_BYTES,
-)
-from tf_tree_py.core.hints import nothing_yet
-from tf_tree_py.core.messages.sample import ImpossibleStamp
-from tf_tree_py.core.stamp import format_span, format_stamp, LATEST
+from builtin_interfaces.msg import Time as TimeMessage
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from std_msgs.msg import Header
+from tf_tree_py.core.errors import TransformException
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.messages.observers import Asked, asked, halves
+from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamp
-from tf_tree_py.limited_log import LimitedLog
-from tf_tree_py.recording.flight_recorder import FlightRecorder, Happened
-from tf_tree_py.reports.audit import LookupAudit
-from tf_tree_py.shared.directory import Reception
-from tf_tree_py.shared.errors import SharedTreeException
-from tf_tree_py.shared.mirror_tree import MirrorTree
 
-from .attached_listeners import AttachedListeners
-from .interface import check_places
-from .lookups import Lookups
+from .fed_buffer import FedBuffer
+from .interface import BufferInterface, NO_TIME
+from .tf2_methods import CoreApi
 from ..messages.convert import (
-    as_moving_sample,
     as_nanoseconds,
-    as_sample,
     as_span,
-    nanoseconds_or_none,
+    as_stamp,
+    DurationLike,
     SpanLike,
+    time_message,
     TimeLike,
+    transform_stamped,
 )
-from ..waiting.clock import ClockWatch, JUMP_BACK, RosClock
-from ..waiting.timeouts import Timeouts
+from ..messages.pose_covariances import (
+    composed_with,
+    pose_with_covariance_stamped,
+    predicted_pose,
+    PredictedPose,
+)
+from ..waiting.deadlines import ClockDeadline
+from ..waiting.futures import TransformFuture
 
-CLOCK_JUMP_BACK = Duration(nanoseconds=JUMP_BACK)
+Answer = TypeVar('Answer')
 
 
-class Buffer(Lookups):
+class NewestTransform(NamedTuple):
+    """
+    A transform of samples with different stamps.
+
+    :ivar transform: composed of the newest sample of each edge; its stamp is their oldest.
+    :ivar stamps: those of the samples by child frame; static edges have none.
+    """
+
+    transform: TransformStamped
+    stamps: dict[str, TimeMessage]
+
+
+class Buffer(FedBuffer, BufferInterface):
     """
     A store of transforms with a tree of its own, which its listeners fill.
 
     Users have ``topics.joining_buffer.Buffer``, which can also show the tree of another process.
     """
 
-    def __init__(self, cache_time: Duration | int | None = None, node: Node | None = None, *,
-                 max_frames: int = DEFAULT_MAX_FRAMES,
-                 max_name_bytes: int = DEFAULT_MAX_NAME_BYTES,
-                 wall_guard: Duration | None = None, audit: bool = False,
-                 max_future: Duration | None = None,
-                 clear_on_jump_back: Duration | None = None,
-                 clear_on_clock_jump_back: Duration = CLOCK_JUMP_BACK,
-                 flight_recorder: FlightRecorder | None = None,
-                 max_age: SpanLike = None) -> None:
-        """Make an empty buffer; the parameters are those of ``topics.joining_buffer.Buffer``."""
-        if isinstance(cache_time, Node):
-            raise TypeError('Buffer(cache_time, node): cache_time comes first, and here it is a '
-                            f'{type(cache_time).__name__}: write Buffer(node=node)')
-        check_places('Buffer(cache_time, node)', node=node)
-        self._watch = ClockWatch(self.time_jump_callback, as_nanoseconds(clear_on_clock_jump_back))
-        super().__init__(
-            as_span(cache_time), max_frames=max_frames,
-            max_name_bytes=max_name_bytes, now=self.now,
-            max_future=nanoseconds_or_none(max_future),
-            clear_on_jump_back=nanoseconds_or_none(clear_on_jump_back),
-            max_age=as_span(max_age, 'max_age'))
-        self._watch.on_younger = self.waiting.ask_again
-        self.timeouts = Timeouts(
-            self.waiting, self._watch,
-            None if wall_guard is None else as_nanoseconds(wall_guard) / 1e9, self.observers)
-        self.feeds = AttachedListeners(self.intake, self.waiting, self._watch,
-                                       rclpy.logging.get_logger('tf_tree_py'))
-        """The listeners that fill this buffer; they register themselves here."""
-        self._tree.paths.when_empty = self._when_empty
-        self.timeouts.check_spinning = self.feeds.check_spinning
-        if node is not None:
-            self.feeds.log_to(node.get_logger())
-            self._watch.use_clock(RosClock(node.get_clock(), node.context))
-            self.srv = node.create_service(FrameGraph, 'tf2_frames', self._serve_frames)
-        self.audit = LookupAudit(self, self.now) if audit else None
-        if self.audit is not None:
-            self.observers.add(self.audit)
-        if flight_recorder is not None:
-            flight_recorder.notify = flight_recorder.notify or _log_recording
-            self.observers.add(flight_recorder)
-
-    # --- another process
-
-    @property
-    def is_shared(self) -> bool:
-        """Return whether it shows the tree of another process, which ``tf_share`` shares."""
-        return isinstance(self._tree, MirrorTree)
-
-    def check_receives(self, reader: str) -> None:
+    def lookup_transform(self, target_frame: str, source_frame: str, time: TimeLike,
+                         timeout: DurationLike = NO_TIME, *,
+                         max_age: SpanLike = None) -> TransformStamped:
         """
-        Check that this buffer has a tree of its own.
+        Return the transform that takes coordinates in source to coordinates in target.
 
-        :param reader: what needs that, such as ``GyroListener(buffer, node, child)``.
-        :raises SharedTreeException: it shows that of another process.
+        :param time: an rclpy ``Time``, or a message's ``header.stamp``; zero is the latest time
+            for which all edges between the two have data.
+        :param timeout: an rclpy ``Duration`` to wait until the lookup becomes possible.
+        :param max_age: an rclpy ``Duration``: how old the latest may be by the buffer's clock.
+            None: the ``max_age`` of the buffer; ``UNLIMITED``: any age. It does not concern other
+            times.
+        :raises LookupException: a frame that was never published.
+        :raises ConnectivityException: the frames are not connected.
+        :raises ExtrapolationException: an edge between them has no data for the time.
+        :raises StaleException: the latest is older than ``max_age``.
+        :raises InvalidArgumentException: a name that cannot be a frame, or a ``Time`` of another
+            clock than that of the stamps.
+        :raises TypeError: an argument is not a time or not a duration.
         """
-        if self.is_shared:
-            raise SharedTreeException(
-                f'{reader}: this buffer shows the tree of another process, which shares '
-                'transforms alone: make one with Buffer(shared=False)')
+        stamp = as_stamp(time, self._is_simulated)
+        if timeout is NO_TIME and max_age is None:
+            found, pose = self.lookup_stamped(target_frame, source_frame, stamp)
+        else:
+            found, pose = self._within(
+                timeout, [asked(target_frame, source_frame, stamp)],
+                self._query(target_frame, source_frame, stamp, max_age))
+        return transform_stamped(target_frame, source_frame, found, pose)
 
-    def join(self, node: Node, reception: Reception) -> bool:
+    def lookup_transform_full(self, target_frame: str, target_time: TimeLike, source_frame: str,
+                              source_time: TimeLike, fixed_frame: str,
+                              timeout: DurationLike = NO_TIME) -> TransformStamped:
         """
-        Return whether a listener need not subscribe, because this buffer is filled anyway.
+        Return the transform from a source at one time to a target at another.
 
-        A listener calls this before it subscribes. In this class it always has to.
-
-        :param node: the node of the listener.
-        :param reception: the options of the listener.
+        It passes through a frame that does not move in the meantime: (target <- fixed at
+        target_time) (fixed <- source at source_time). Parameters and errors are those of
+        ``lookup_transform``.
         """
-        return False
+        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
+        found, pose = self._within(
+            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self.lookup_full_stamped(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame))
+        return transform_stamped(target_frame, source_frame, found, pose)
 
-    def rejoin(self, reception: Reception) -> None:
-        """Take note that the options of a listener have changed that did not subscribe."""
+    def _query(self, target_frame: str, source_frame: str, stamp: int,
+               max_age: SpanLike) -> Callable[[], tuple[int, PoseTuple]]:
+        """Return a lookup to be run, perhaps several times."""
+        if max_age is None:
+            return partial(self.lookup_stamped, target_frame, source_frame, stamp)
+        limit = as_span(max_age, 'max_age')
+        return partial(self.lookup_no_older, target_frame, source_frame, stamp, limit)
 
-    def now(self) -> int:
-        """Return the time of the clock that the stamps follow, nanoseconds."""
-        simulated = self._watch.simulated_now()
-        return time.time_ns() if simulated is None else simulated
-
-    # --- feeding
-
-    def set_transform(self, transform: TransformStamped,
-                      authority: str = DEFAULT_AUTHORITY) -> bool:
+    def lookup_transform_newest(self, target_frame: str, source_frame: str, *,
+                                timeout: DurationLike = NO_TIME,
+                                max_age: SpanLike = None) -> NewestTransform:
         """
-        Insert a moving transform.
+        Return the transform composed of the newest sample of each edge, whatever their stamps.
 
-        :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
+        A fast edge is not held back by a slow one, as it is at the latest common time. So this
+        transform mixes times: use it if the slow edges hardly move in the meantime, as for an arm
+        on a base that stands; otherwise it is one that the robot never had.
+
+        :param timeout: an rclpy ``Duration`` to wait until the lookup becomes possible.
+        :param max_age: an rclpy ``Duration``: how old the newest sample of each edge may be.
+
+        It raises the errors of ``lookup_transform``.
         """
-        sample = as_moving_sample(transform)
-        if isinstance(sample, ImpossibleStamp):
-            self.feeds.refuse(sample.incident(authority))
-            return False
-        return self.feeds.note(self.intake.insert([sample], authority, False))
+        limit = as_span(max_age, 'max_age')
+        newest = self._within(timeout, [asked(target_frame, source_frame, LATEST)],
+                              lambda: self.lookup_newest(
+                                  target_frame, source_frame, max_age=limit))
+        return NewestTransform(
+            transform_stamped(target_frame, source_frame, newest.oldest, newest.pose),
+            {child: time_message(stamp) for child, stamp in newest.stamps.items()})
 
-    def set_transform_static(self, transform: TransformStamped,
-                             authority: str = DEFAULT_AUTHORITY) -> bool:
-        """
-        Insert a transform that is valid at all times.
+    def _within(self, timeout: DurationLike, lookups: Sequence[Asked],
+                query: Callable[[], Answer]) -> Answer:
+        """Run a query within a timeout by the buffer's clock, and notify observers."""
+        duration = as_nanoseconds(timeout)
+        if duration <= 0:
+            return query()
+        return self.observers.watch(lookups, self._wait, duration, query)
 
-        :return: whether it was accepted; if not, the log and ``statistics()`` have the reason.
-        """
-        return self.feeds.note(self.intake.insert([as_sample(transform)], authority, True))
+    def _wait(self, duration: int, query: Callable[[], Answer]) -> Answer:
+        deadline: ClockDeadline | None = None
 
-    def _when_empty(self) -> str:
-        """Return the hint for lookups while there is no frame; the lock is held."""
-        if self.is_shared:
-            return f'{nothing_yet()} by tf_share: does any node publish on its topics?'
-        counts = self.intake.statistics()
-        if counts.accepted:
-            return 'All frames were removed'
-        if counts.refused:
-            return 'All that was received was refused: the log and statistics() have the reasons'
-        return self._nothing_yet()
+        def begin(error: TransformException) -> ClockDeadline | None:
+            nonlocal deadline
+            if self.feeds.deliver_in(threading.current_thread()):
+                error.hint = ('Did not wait: this thread delivers the transforms, so waiting '
+                              'in it would only delay them')
+            else:
+                deadline = self.timeouts.deadline(duration)
+            return deadline
 
-    def _nothing_yet(self) -> str:
-        if len(self.feeds):
-            *topics, last = self.feeds.topics or ['/tf']
-            where = f'{", ".join(topics)} or {last}' if topics else last
-            return (f'{nothing_yet()}: does any node publish on {where} with the same '
-                    'ROS_DOMAIN_ID? tf_doctor also reports publishers whose quality of service '
-                    'does not match')
-        if self.feeds.side_listeners:  # covariances may have arrived
-            return ('No transform has been received yet, and no listener of this buffer reads '
-                    '/tf: TransformListener(buffer, node) does')
-        return (f'{nothing_yet()}, and no listener feeds this buffer: '
-                'TransformListener(buffer, node) does')
-
-    # --- clock
-
-    def use_clock(self, clock: Clock) -> None:
-        """Follow a clock from now on: for timeouts, and to forget samples when it jumps back."""
-        self._watch.use_clock(RosClock(clock))
-        self.intake.read_clock_anew()
-
-    def _is_simulated(self) -> bool:
-        return self._watch.simulated
-
-    @property
-    def clock(self) -> Clock:
-        """Return the clock that the buffer follows; the system's if none was lent."""
-        return self._watch.clock or Clock()
-
-    def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Forget moving transforms, because the clock jumped back or was replaced, and log it."""
-        if self.is_shared:
-            return  # its process has the same clock: it forgets them, fails all waits, and logs it
-        why = _why_anew(time_jump, self.now())
-        self.start_anew(why)
-        # In tf2's words first, for those who search for them.
-        self.feeds.log.write('jump back in time', '', (
-            f'Detected jump back in time: {why}. The buffer forgot all moving transforms'), None)
-
-    # --- listing
-
-    def edges(self) -> list[EdgeInfo]:
-        """Return every edge that has data, in order of its child's first appearance."""
-        return self._with_names(super().edges())
-
-    def edges_between(self, target_frame: str, source_frame: str,
-                      stamp: Stamp | TimeLike = LATEST) -> list[EdgeInfo]:
-        """
-        Return the edges from the source up to the common ancestor and down to the target.
-
-        See ``BufferCore.edges_between``.
-        """
-        return self._with_names(
-            super().edges_between(target_frame, source_frame, self._stamp_of(stamp)))
-
-    def _with_names(self, edges: list[EdgeInfo]) -> list[EdgeInfo]:
-        names = self.feeds.names()
-        return [edge._replace(authority=names.get(edge.authority, edge.authority))
-                for edge in edges]
-
-    def _serve_frames(self, _: FrameGraph.Request,
-                      response: FrameGraph.Response) -> FrameGraph.Response:
         try:
-            response.frame_yaml = self.all_frames_as_yaml()
-        except SharedTreeException as error:  # it would end the executor
-            response.frame_yaml = f'# {error}\n'
-        return response
+            return self.waiting.wait_for(query, begin)
+        except TransformException as error:
+            if deadline is not None:
+                deadline.explain(error)
+            raise
 
+    def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return
+            self, target_frame: str, source_frame: str, time: Stamp | TimeLike = LATEST,
+            timeout: DurationLike = NO_TIME, *, independent: bool = False,
+            max_age: SpanLike = None) -> PoseWithCovarianceStamped:
+        """
+        Return the pose of the source in the target, with its covariance.
 
-_recordings = LimitedLog(lambda line: rclpy.logging.get_logger('tf_tree_py').warning(line))
+        See ``Queries``. Times, timeout, ``max_age`` and errors are those of ``lookup_transform``.
+        """
+        stamp, limit = self._stamp_of(time), as_span(max_age, 'max_age')
+        found = self._within(
+            timeout, [asked(target_frame, source_frame, stamp)],
+            lambda: self._lookup_uncertain(target_frame, source_frame, stamp, independent, limit))
+        return pose_with_covariance_stamped(
+            target_frame, found.stamp, found.pose, found.covariance)
 
+    def lookup_uncertain_full(  # type: ignore[override]  # likewise
+            self, target_frame: str, target_time: Stamp | TimeLike, source_frame: str,
+            source_time: Stamp | TimeLike, fixed_frame: str, timeout: DurationLike = NO_TIME, *,
+            independent: bool = False) -> PoseWithCovarianceStamped:
+        """
+        Return the pose of ``lookup_transform_full``, with its covariance.
 
-def _log_recording(happened: Happened, path: Path | None, why_not: str) -> None:
-    what = f'recorded as {path}' if path else f'not recorded: {why_not}'
-    _recordings.write('recorded' if path else 'not recorded', '', f'{happened.summary} ({what})',
-                      None if path else '')
+        See ``Queries``. Times, timeout and errors are those of ``lookup_transform_full``.
+        """
+        stamps = self._stamp_of(target_time), self._stamp_of(source_time)
+        found = self._within(
+            timeout, halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self._lookup_uncertain_full(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame, independent))
+        return pose_with_covariance_stamped(
+            target_frame, found.stamp, found.pose, found.covariance)
 
+    def predict(  # type: ignore[override]  # likewise
+            self, target_frame: str, source_frame: str, time: Stamp | TimeLike,
+            horizon: DurationLike, *,
+            acceleration: Mapping[str, Sequence[float]] | None = None) -> PredictedPose:
+        """
+        Return the pose of the source in the target at a time that may lie beyond the data.
 
-def _why_anew(jump: TimeJump, now: int) -> str:
-    """Return why time starts anew, as a clause."""
-    clock = {ClockChange.ROS_TIME_ACTIVATED: 'simulated', ClockChange.ROS_TIME_DEACTIVATED:
-             "the system's"}.get(jump.clock_change)
-    if clock is not None:
-        return f'use_sim_time was switched, and the clock is {clock} now'
-    back = -jump.delta.nanoseconds
-    return (f'the clock went back by {format_span(back)}, from {format_stamp(now + back)} '
-            f'to {format_stamp(now)}')
+        See ``Queries``.
+
+        :param time: an rclpy ``Time``, or a message's.
+        :param horizon: an rclpy ``Duration``; no edge is predicted further than that.
+        :param acceleration: the largest accelerations by child frame: six numbers along x, y, z
+            (m/s^2) and about x, y, z (rad/s^2), in the child's axes. None: learnt.
+        """
+        return predicted_pose(target_frame, CoreApi.predict(
+            self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),
+            acceleration=acceleration))
+
+    def transform(self, object_stamped: object, target_frame: str, timeout: DurationLike = NO_TIME,
+                  new_type: type | None = None, *, header: Header | None = None,
+                  max_age: SpanLike = None, uncertain: bool = False) -> Any:
+        """
+        Return an object in another frame, at its own stamp; see ``BufferInterface``.
+
+        :param uncertain: add the uncertainty of the edges on the path to the covariance of a
+            ``PoseWithCovarianceStamped``, which is otherwise only rotated.
+        :raises TypeError: ``uncertain`` with another type, with ``new_type`` or with ``header``.
+        """
+        if not uncertain:
+            return super().transform(
+                object_stamped, target_frame, timeout, new_type, header=header, max_age=max_age)
+        if not isinstance(object_stamped, PoseWithCovarianceStamped) or new_type or header:
+            raise TypeError('uncertain=True takes a PoseWithCovarianceStamped, and returns one; '
+                            f'not {type(object_stamped).__name__}, new_type or header')
+        return composed_with(self.lookup_uncertain(
+            target_frame, object_stamped.header.frame_id, object_stamped.header.stamp, timeout,
+            max_age=max_age), object_stamped)
+
+    # --- futures
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: TimeLike,
+                                 timeout: DurationLike | None = None, *,
+                                 max_age: SpanLike = None) -> TransformFuture:
+        """
+        Return a future of the transform.
+
+        Times, frames, ``max_age`` and errors are those of ``lookup_transform``. It may be called
+        from any thread, including the one that delivers the transforms.
+
+        :param timeout: an rclpy ``Duration``; None waits as long as the lookup can still succeed.
+        """
+        stamp = self._as_stamp(time)
+        return TransformFuture(
+            self.timeouts, (target_frame, source_frame),
+            [asked(target_frame, source_frame, stamp)],
+            self._query(target_frame, source_frame, stamp, max_age), timeout)
+
+    def wait_for_transform_full_async(
+            self, target_frame: str, target_time: TimeLike, source_frame: str,
+            source_time: TimeLike, fixed_frame: str,
+            timeout: DurationLike | None = None) -> TransformFuture:
+        """Return a future of the transform between two times; likewise."""
+        stamps = self._as_stamp(target_time), self._as_stamp(source_time)
+        return TransformFuture(
+            self.timeouts, (target_frame, source_frame),
+            halves(target_frame, stamps[0], source_frame, stamps[1], fixed_frame),
+            lambda: self.lookup_full_stamped(
+                target_frame, stamps[0], source_frame, stamps[1], fixed_frame), timeout)

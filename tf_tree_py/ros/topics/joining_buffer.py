@@ -24,6 +24,7 @@ from tf_tree_py.shared.shared_tree import attach, SharedTree
 from .listener import TransformListener
 from .reception import difference, STATIC_ONLY, TOPICS
 from ..buffer import buffer as own
+from ..buffer.fed_buffer import CLOCK_JUMP_BACK
 from ..messages.convert import SpanLike
 
 VARIABLE = 'TF_TREE_SHARED'
@@ -50,7 +51,7 @@ class Buffer(own.Buffer):
                  wall_guard: Duration | None = None, audit: bool = False,
                  max_future: Duration | None = None,
                  clear_on_jump_back: Duration | None = None,
-                 clear_on_clock_jump_back: Duration = own.CLOCK_JUMP_BACK,
+                 clear_on_clock_jump_back: Duration = CLOCK_JUMP_BACK,
                  flight_recorder: FlightRecorder | None = None,
                  max_age: SpanLike = None, shared: float | None = None) -> None:
         """
@@ -87,7 +88,7 @@ class Buffer(own.Buffer):
         # What only the process that receives the transforms can do.
         self._own_options = [name for name, is_given in (
             ('max_future', max_future), ('clear_on_jump_back', clear_on_jump_back),
-            ('clear_on_clock_jump_back', clear_on_clock_jump_back != own.CLOCK_JUMP_BACK),
+            ('clear_on_clock_jump_back', clear_on_clock_jump_back != CLOCK_JUMP_BACK),
         ) if is_given]
         self._joining = threading.Lock()
         self._reception: Reception | None = None
