@@ -162,8 +162,8 @@ def test_commands_of_a_shell_block_are_there(block):
         name, *arguments = _without_ros2_run(words)
         if name.startswith('scripts/'):
             assert (REPOSITORY / name.rstrip(';')).exists(), line
-            told = _options_of(name.rstrip(';'))
-            assert _options(arguments) <= told, line
+            known = _options_of(name.rstrip(';'))
+            assert _options(arguments) <= known, line
         elif name in _executables():
             asked = ' '.join([name, *arguments[:1]]) if name in WITH_VERBS else name
             assert _options(arguments) <= _options(_helps()[asked]), line

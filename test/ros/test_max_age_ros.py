@@ -404,7 +404,7 @@ def test_a_client_pauses_where_no_wait_helps(client, monkeypatch):
 
 def test_a_client_that_waits_in_vain_says_how_old_it_was(client, sim_clock, pool):
     buffer, client = client
-    asked = pool.submit(client.lookup_transform, 'map', 'camera', LATEST, lasting(0.5),
+    asked = pool.submit(client.lookup_transform, 'map', 'camera', LATEST, lasting(3.0),
                         max_age=lasting(0.5))
     until_waiting(buffer)
     sim_clock.show(20.0, buffer)
@@ -428,10 +428,11 @@ def test_a_client_whose_clock_has_not_started_does_not_know_the_age(
         simulated, make_node, spin):
     node = make_node('client', **SIM_TIME)
     with served(simulated(), make_node, spin, node) as client:
-        for timeout, waited in (0.0, ''), (0.3, r'\(waited 0\.[3-9]'):
-            with pytest.raises(StaleException, match=f'has not started.*{waited}.*\n.*/clock'):
-                client.lookup_transform(
-                    'map', 'camera', LATEST, lasting(timeout), max_age=lasting(9.0))
+        for timeout in 0.0, 0.3:
+            with pytest.raises(StaleException, match='has not started.*\n.*/clock') as caught:
+                client.lookup_transform('map', 'camera', LATEST, lasting(timeout),
+                                        max_age=lasting(9.0))
+            assert (caught.value.waited_s or 0.0) >= timeout
 
 
 def test_the_default_of_a_server_is_an_error_of_its_clients(simulated, make_node, spin):

@@ -118,6 +118,15 @@ def test_also_without_a_limit_the_error_says_which_edge_holds_the_latest_back():
         BufferCore.lookup(long_dead().snapshot(), 'map', 'camera')
 
 
+def test_an_edge_that_has_just_begun_is_not_explained_by_another():
+    buffer = BufferCore(now=HandClock(NOW))
+    for age in 180 * MS, 80 * MS:
+        buffer.insert('map', 'odom', NOW - age, IN_MAP, authority='/amcl')
+    buffer.insert('odom', 'base', NOW - 20 * MS, TURNED, authority='/ekf')
+    with pytest.raises(PastExtrapolationException, match='No older sample of this edge has arr'):
+        buffer.lookup('map', 'base')
+
+
 def test_many_other_edges_are_counted():
     buffer = BufferCore(now=HandClock(NOW))
     frames = [f'f{number}' for number in range(12)]
@@ -442,7 +451,7 @@ def test_a_wait_sleeps_until_the_old_edge_has_reached_the_limit():
 
 def test_a_wait_in_vain_ends_with_the_error_and_its_duration():
     for limits in {'max_age': 100 * MS}, {}:
-        with pytest.raises(StaleException, match=r'\(waited 0\.0') as caught:
+        with pytest.raises(StaleException, match=r'\(waited \d') as caught:
             robot(max_age=100 * MS).lookup_within(0.02, 'map', 'camera', **limits)
         assert caught.value.waited_s >= 0.02
 

@@ -134,12 +134,16 @@ def _reach_of(edge: MovingHistory) -> int:
 
 def held_back(error: ExtrapolationException, edges: Sequence[MovingHistory]) -> None:
     """
-    Explain why a lookup of the latest has no data: the newest time of an edge is too old.
+    Explain why a lookup of the latest needs data that an edge no longer has.
 
-    :param error: which names an edge that has no data for that time, or none so old any more.
+    It does so only if that edge once could have had it: an edge that began later needs no other
+    to explain the error.
+
+    :param error: of an edge that has no data for the latest common time.
     """
     slowest = min(edges, key=_reach_of)
-    if slowest.child != error.child:
+    if error.requested is not None and any(
+            edge.child == error.child and edge.is_too_old(error.requested) for edge in edges):
         error.hint = partial(
             _why_so_old, f'{slowest.parent} -> {slowest.child}', slowest.authority)
 
