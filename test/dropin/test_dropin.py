@@ -79,10 +79,9 @@ def test_each_message_wakes_the_loop_anew(node, talker, spinner, begin):
         spin_until(spinner, lambda second=second: buffer.can_transform('map', 'odom', at(second)))
 
 
-@pytest.mark.parametrize('timeout', [[], [lasting(0.001)]], ids=['no timeout', 'a short timeout'])
-def test_callback_sees_the_transform_that_was_sent_before_its_message(
-        node, talker, spinner, begin, monkeypatch, timeout):
-    """As in tf2, where one thread reads both; here another thread reads transforms."""
+@pytest.fixture
+def late(monkeypatch):
+    """Insert each batch a moment later than it was received, until this event is set."""
     import tf2_ros
     insert_batch = tf2_ros.Buffer.insert_batch
 
@@ -93,6 +92,14 @@ def test_callback_sees_the_transform_that_was_sent_before_its_message(
     late = threading.Event()
     monkeypatch.setattr(tf2_ros.Buffer, 'insert_batch', insert_late)
     monkeypatch.setattr('tf_tree_py.dropin.buffer.LONGEST_S', PATIENCE_S)
+    return late
+
+
+@pytest.mark.parametrize('timeout', [[], [lasting(0.001)]], ids=['no timeout', 'a short timeout'])
+def test_callback_sees_the_transform_that_was_sent_before_its_message(
+        node, talker, spinner, begin, late, timeout):
+    """As in tf2, where one thread reads both; here another thread reads transforms."""
+    import tf2_ros
     buffer, found = tf2_ros.Buffer(), []
     begin(buffer, node)
     publisher = talker.node.create_publisher(Header, 'image', 10)
@@ -107,6 +114,26 @@ def test_callback_sees_the_transform_that_was_sent_before_its_message(
     late.set()
     with pytest.raises(tf2_ros.ExtrapolationException):
         buffer.lookup_transform('map', 'base', at(9.0))
+
+
+@pytest.mark.parametrize('look', [
+    lambda buffer: buffer.lookup_transform('map', 'base', Time(), max_age=lasting(5e9)).header,
+    lambda buffer: buffer.lookup_transform_newest('map', 'base').transform.header,
+], ids=['no older', 'newest'])
+def test_callback_sees_also_the_latest_that_was_sent_before_its_message(
+        node, talker, spinner, begin, late, look):
+    """With a limit that even a stamp of 1970 is within."""
+    import tf2_ros
+    buffer, found = tf2_ros.Buffer(), []
+    begin(buffer, node)
+    publisher = talker.node.create_publisher(Header, 'image', 10)
+    node.create_subscription(
+        Header, 'image', lambda header: found.append(look(buffer).stamp), 10)
+    until(publisher.get_subscription_count)
+    talker.move(transform('map', 'base', 1.0))
+    publisher.publish(Header())
+    spin_until(spinner, lambda: found)
+    assert found == [at(1.0).to_msg()]
 
 
 def test_callback_may_wait(node, talker, spinner, begin):
