@@ -56,3 +56,35 @@ signals.ignore = interrupted
 sys.exit(endings.run('tool', {work}))
 """)
     assert (status, output) == (130 if work == 'tidily' else 3, 'ended\n')
+
+
+def test_first_signal_waits_for_the_end_of_a_block_that_must_not_be_halved():
+    assert run("""
+def work(_):
+    signals.raise_interrupts()
+    try:
+        with signals.deferred():
+            interrupt()
+            print('whole')
+        print('continued')
+    finally:
+        with signals.deferred():  # nothing has been deferred here
+            print('clean-up')
+
+sys.exit(endings.run('tool', work))
+""") == (130, 'whole\nclean-up\n')
+
+
+def test_later_signal_interrupts_such_a_block_that_hangs():
+    assert run("""
+def work(_):
+    signals._PAUSE_S = 0.0
+    signals.raise_interrupts()
+    with signals.deferred():
+        interrupt()
+        print('whole')
+        interrupt()
+        print('continued')
+
+sys.exit(endings.run('tool', work))
+""") == (130, 'whole\n')

@@ -55,10 +55,12 @@ def test_its_max_age_is_an_error_of_clients_that_ask_for_the_latest(start, clien
     assert client.wait_for_server(PATIENCE)
     robot = FiveFramePublisher(context=context)
     with spun_in_background(robot):
-        until(lambda: client.can_transform('odom', 'base_link', Time()))
+        # The static edges come on a topic of their own, and may come last.
+        until(lambda: client.can_transform('odom', 'camera', Time()))
     until(lambda: not client.can_transform('odom', 'base_link', Time()))
+    # A busy server may learn the name of the publisher only after that has gone.
     with pytest.raises(ExtrapolationException, match='the edge odom -> base_link, last published '
-                       "by '/five_frame_publisher', is .* old, and max_age is 1.000 s"):
+                       "by '.*publisher.*', is .* old, and max_age is 1.000 s"):
         client.lookup_transform('odom', 'base_link', Time())
     assert client.can_transform('base_link', 'camera', Time())
 

@@ -118,3 +118,29 @@ def test_a_flood_of_requests_is_one_a_second_with_their_number(monkeypatch):
     finally:
         for number, handler in zip((signal.SIGUSR1, signal.SIGTTIN), before, strict=True):
             signal.signal(number, handler)
+
+
+def test_ctrl_c_as_a_line_is_printed_does_not_lose_it():
+    """The record of the bag has left the queue by then."""
+    done = completed(sys.executable, '-c', """
+import signal
+from pathlib import Path
+from tf_tree_py.command import signals
+from tf_tree_py.tools.tf_record import _StatusLine
+
+class Interrupting:
+    why = summary = 'asked'
+
+    def __getattribute__(self, name):
+        signal.raise_signal(signal.SIGINT)
+        return object.__getattribute__(self, name)
+
+status_line = _StatusLine(as_json=False)
+signals.raise_interrupts()
+status_line.note(Interrupting(), Path('a.mcap'), '')
+try:
+    status_line.print_all()
+except KeyboardInterrupt:
+    print('interrupted')
+""")
+    assert done.stdout == 'a.mcap: asked: asked\ninterrupted\n', done.stderr

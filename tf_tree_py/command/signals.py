@@ -8,7 +8,8 @@ Both signals have the same effect. While a process starts, they end it at once. 
 they raise an exception or call a function. While it ends, they have no effect.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import ctypes
 from functools import cache
 import math
@@ -22,8 +23,10 @@ _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 # A signal raises an exception only if none was raised during this time: of two signals in a row,
 # the second would interrupt the clean-up after the first.
 _PAUSE_S = 1.0
-# When signals raised an exception since ``raise_interrupts``, by the monotonic clock.
+# When signals raised an exception since ``raise_interrupts``, or were deferred, by the monotonic
+# clock.
 _raised: list[float] = []
+_is_deferring = False
 
 over = False
 """
@@ -58,7 +61,27 @@ def raise_interrupts() -> None:
 def _interrupt(*_: object) -> None:
     now = time.monotonic()
     if not over and (not _raised or now - _raised[-1] >= _PAUSE_S):
+        is_first = not _raised
         _raised.append(now)
+        if not (_is_deferring and is_first):
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """
+    Raise the exception of a first signal at the end of this block, for what must not be halved.
+
+    A second signal, a second later, is not deferred: the block may hang.
+    """
+    global _is_deferring
+    had_raised = bool(_raised)
+    _is_deferring = True
+    try:
+        yield
+    finally:
+        _is_deferring = False
+    if _raised and not had_raised:
         raise KeyboardInterrupt
 
 

@@ -20,6 +20,7 @@ import sys
 import threading
 import time
 
+from tf_tree_py.command import signals
 from tf_tree_py.command.arguments import add_number, Parser, print_json_line, shown
 from tf_tree_py.command.endings import CANNOT, Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.core.errors import TransformException
@@ -277,17 +278,20 @@ class _StatusLine:
     def print_all(self) -> None:
         """Print the records since the last call."""
         while not self._dumps.empty():
-            happened, path, why_not = self._dumps.get()
-            self.found = self.found or happened.why != ASKED
-            self.failed = self.failed or (path is None and why_not not in (TOO_SOON, NOTHING))
-            if self._as_json:
-                print_json_line({
-                    'version': VERSION, 'why': happened.why, 'stamp': happened.stamp,
-                    'summary': happened.summary, 'frames': list(happened.frames),
-                    'bag': None if path is None else str(path), 'why_not': why_not})
-            else:
-                outcome = str(path) if path else f'not written, {why_not}'
-                print(shown(f'{outcome}: {happened.why}: {happened.summary}', 500), flush=True)
+            with signals.deferred():  # a record that is taken has to be printed
+                self._print(*self._dumps.get())
+
+    def _print(self, happened: Happened, path: Path | None, why_not: str) -> None:
+        self.found = self.found or happened.why != ASKED
+        self.failed = self.failed or (path is None and why_not not in (TOO_SOON, NOTHING))
+        if self._as_json:
+            print_json_line({
+                'version': VERSION, 'why': happened.why, 'stamp': happened.stamp,
+                'summary': happened.summary, 'frames': list(happened.frames),
+                'bag': None if path is None else str(path), 'why_not': why_not})
+        else:
+            outcome = str(path) if path else f'not written, {why_not}'
+            print(shown(f'{outcome}: {happened.why}: {happened.summary}', 500), flush=True)
 
 
 main = entry_point(NAME, _work)
