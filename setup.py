@@ -54,6 +54,8 @@ extras = {
     'bag': bag,
     'export': ['mcap>=1.1', pandas, 'pyarrow>=14'],
     'fleet': ['eclipse-zenoh>=1.10'],
+    # Its code needs a newer protobuf than its metadata says.
+    'foxglove': [*bag, 'foxglove-schemas-protobuf>=0.4', 'protobuf>=5.29.6'],
     'notebook': [*bag, *plot, pandas, 'ipykernel>=6'],
     'plot': plot,
     'rerun': ['rerun-sdk>=0.30'],

@@ -14,6 +14,7 @@ from zlib import crc32
 from bags import as_cdr, as_ros1, random_pose, SECOND
 from counting import calls
 from effort import examples
+from foxglove_messages import ENCODERS, HERE
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
@@ -28,10 +29,10 @@ from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.files.tree_file import saved_tree
 from tf_tree_py.frame_names import rename
 
-TF = Connection('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
+TF = Connection('/tf', 'tf2_msgs/msg/TFMessage', False, '')
 OTHER = TF._replace(topic='/other/tf')
 STATIC = TF._replace(topic='/tf_static', latched=True)
-ROS1 = TF._replace(publisher='/old', ros1=True)
+ROS1 = TF._replace(publisher='/old', encoding='ros1')
 ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -44,7 +45,10 @@ def arrival(connection, transforms, data=None):
     rng = np.random.default_rng(crc32(repr((connection, transforms)).encode()))
     transforms = [each if len(each) == 4 else (*each, random_pose(rng)) for each in transforms]
     if data is None:
-        data = (as_ros1 if connection.ros1 else as_cdr)(transforms)
+        encode = as_ros1 if connection.ros1 else as_cdr
+        if connection.has_foxglove_transforms:
+            encode = ENCODERS[connection.encoding]
+        data = encode(transforms)
     return RecordedMessage(0, connection, data)
 
 
@@ -169,7 +173,7 @@ POSES = st.one_of(
 STAMPS = st.one_of(st.integers(0, 12), st.integers(0, 2000)).map(
     lambda tenth: tenth * SECOND // 10)
 TRANSFORMS = st.lists(st.tuples(FRAMES, FRAMES, STAMPS, POSES), max_size=3)
-CONNECTIONS = st.sampled_from([TF, TF, TF, OTHER, ROS1, STATIC])
+CONNECTIONS = st.sampled_from([TF, TF, TF, OTHER, ROS1, STATIC, *HERE])
 
 
 @st.composite

@@ -18,7 +18,7 @@ from tf_tree_py.core import Incident, Kind, LATEST, UNLIMITED
 from tf_tree_py.core.messages.message_layout import as_published, find_layout
 from tf_tree_py.core.messages.sample import SampleTrack
 
-TF = Connection('/tf', 'tf2_msgs/msg/TFMessage', False, '', False)
+TF = Connection('/tf', 'tf2_msgs/msg/TFMessage', False, '')
 STATIC = TF._replace(topic='/tf_static', latched=True)
 ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -255,7 +255,7 @@ def test_decoder_keeps_a_reader_for_each_connection():
     assert decoder.reader_of(TF) is decoder.reader_of(TF._replace())
     assert decoder.reader_of(TF) is not decoder.reader_of(STATIC)
     assert decoder.read(message(('/map', 'base', 5, ONE))).edges == (('map', 'base'),)
-    old = TF._replace(ros1=True)
+    old = TF._replace(encoding='ros1')
     data = serialize_ros1([('map', 'base', 1, 2, ONE)])
     assert decoder.read(RecordedMessage(0, old, data)).stamps == [SECOND + 2]
     bad = decoder.read(RecordedMessage(0, TF, b''))

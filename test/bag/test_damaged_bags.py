@@ -241,7 +241,7 @@ def test_whatever_bytes_are_damaged_it_is_a_bag_or_one_sentence(whole, places):
 
 @pytest.mark.parametrize('type_name', ['', 'TFMessage', '/'])
 def test_topic_whose_type_is_damaged_has_no_transforms(type_name):
-    connection = Connection('/tf', type_name, False, '', False)
+    connection = Connection('/tf', type_name, False, '')
     assert not connection.has_transforms and not connection.has_static_covariances
 
 

@@ -26,7 +26,7 @@ from tf_tree_py.core.messages.incidents import Kind
 from tf_tree_py.files.tree_file import saved_tree
 
 BEGIN = 1_700_000_000
-TF = Connection('/tf', TF_MESSAGE, False, '', False)
+TF = Connection('/tf', TF_MESSAGE, False, '')
 ONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 nanosecs = st.sampled_from([0, 5, SECOND - 1, SECOND, 2**32 - 1])

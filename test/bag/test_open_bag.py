@@ -97,7 +97,7 @@ def test_bag_without_transforms_and_topics_that_are_none_are_told(tmp_path):
     bag = write_ros2(tmp_path / 'run', [*RUN[:5], Message(
         START, '/chatter', [], type_name='std_msgs/msg/String', data=b'\0\1\0\0\1\0\0\0\0')])
     for topics, sentence in ((['/tg'], 'no topic /tg; it has: /chatter, /tf'),
-                             (['/chatter'], 'type std_msgs/msg/String, not transforms'),
+                             (['/chatter'], 'messages of type std_msgs/String, not transforms'),
                              ('/tf', "such as \\['/tf'\\]")):
         with pytest.raises(BagError, match=sentence):
             open_bag(bag, topics=topics)

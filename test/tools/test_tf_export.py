@@ -127,6 +127,21 @@ def test_every_format_gives_back_stamps_and_poses_to_the_bit(bag, tmp_path, form
         assert stamps_in(path).tolist() == stamps.tolist()
 
 
+def test_file_for_foxglove_is_a_recording_for_every_tool(bag, tmp_path):
+    pytest.importorskip('mcap')
+    path, again = tmp_path / 'camera.mcap', tmp_path / 'again.mcap'
+    assert tool('tf_export', bag, *FRAMES, '-o', path).returncode == 0
+    assert tool('tf_export', path, *FRAMES, '-o', again).returncode == 0
+    assert again.read_bytes() == path.read_bytes()
+    stamps, _ = read(path, 'foxglove')
+    assert (open_bag(path).lookup_many(*FRAMES, stamps)
+            == open_bag(bag).lookup_many(*FRAMES, stamps)).all()
+    for name, *arguments in (('tf_doctor',), ('tf_frames',), ('tf_monitor',),
+                             ('tf_echo', *FRAMES, '--once'), ('tf_record', '-o', tmp_path)):
+        done = tool(name, '--bag', path, *arguments)
+        assert (done.returncode, done.stderr) == (0, ''), name
+
+
 def test_evo_finds_no_error_in_a_known_motion(bag, tmp_path):
     pytest.importorskip('evo', reason='evo is half a gigabyte: pip install evo')
     from evo.core import metrics, sync

@@ -221,7 +221,7 @@ def test_recorded_detections_are_shown_though_rosbags_does_not_define_them(tmp_p
     type_name = 'vision_msgs/msg/Detection3DArray'
     made = types[type_name](head, [types['vision_msgs/msg/Detection3D'](head, [], box, '7')])
     data = bytes(store.serialize_cdr(made, type_name))
-    connection = Connection('/detections', type_name, False, '', False)
+    connection = Connection('/detections', type_name, False, '')
     assert decoded(connection, data).points.tolist() == [[1.0, 2.0, 3.0]]
 
 

@@ -160,12 +160,11 @@ _ODOMETRY, _TF_MESSAGE = 'nav_msgs/Odometry', 'tf2_msgs/TFMessage'
 
 def no_transforms(bag: Bag) -> str:
     """Return the error in one sentence; the bag must be open and not yet read."""
-    types = {each.topic: each.type_name.replace('/msg/', '/') for each in bag.everything}
-    there = listed(sorted(types), most=20) or 'nothing'
-    hints = [f'{topic} has messages of type {type_name}, not {_TF_MESSAGE}'
-             for topic, type_name in types.items()
-             if topic.rpartition('/')[2] in ('tf', 'tf_static')
-             and type_name not in (_TF_MESSAGE, 'tf/tfMessage')]
+    there = listed(sorted({each.topic for each in bag.everything}), most=20) or 'nothing'
+    hints = [_why_unread(each) for each in bag.everything if each.readable_encodings
+             or each.topic.rpartition('/')[2] in ('tf', 'tf_static')]
+    types = {each.topic: each.type_name.replace('/msg/', '/')
+             for each in bag.everything if each.is_of_ros}
     for topic, type_name in types.items():
         if type_name == _ODOMETRY:
             hints.append(f'open_bag(..., odometry={topic!r}) makes an edge of its odometry, as '
@@ -175,6 +174,12 @@ def no_transforms(bag: Bag) -> str:
                          f'of {topic}')
     return '; '.join([f'{bag.path} has no topic with transforms; it has: {there}', *hints,
                       *bag.damage])
+
+
+def _why_unread(connection: Connection) -> str:
+    encodings = connection.readable_encodings
+    wanted = f'not in {" or ".join(encodings)}' if encodings else f'not {_TF_MESSAGE}'
+    return f'{connection.topic} has {connection.contents}, {wanted}'
 
 
 # --- opening
@@ -208,11 +213,11 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Stam
 
     It needs no ROS. One ``BagWarning`` lists all anomalies in the bag.
 
-    :param path: a file of rosbag2 (``.mcap``, ``.db3``) or ROS 1 (``.bag``), or a folder of
-        rosbag2.
-    :param topics: the topics to read; by default, every topic of type TFMessage. The
-        transforms of topics that end in ``_static``, or are transient-local or latched, are
-        valid at all times.
+    :param path: a file of rosbag2 (``.mcap``, ``.db3``) or ROS 1 (``.bag``), another MCAP file,
+        or a folder of rosbag2.
+    :param topics: the topics to read; by default, every topic with TFMessages, or with
+        Foxglove's FrameTransform or FrameTransforms. The transforms of topics that end in
+        ``_static``, or are transient-local or latched, are valid at all times.
     :param start: skip moving transforms that were received earlier: nanoseconds of the
         recorder's clock, or a ``datetime64``.
     :param stop: skip moving transforms that were received at this time or later.

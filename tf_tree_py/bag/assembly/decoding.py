@@ -28,12 +28,13 @@ from tf_tree_py.core.messages.message_layout import (
     Rename,
 )
 from tf_tree_py.core.messages.sample import Batch
-from tf_tree_py.core.messages.wire import WireReader
+from tf_tree_py.core.messages.wire import malformed, WireReader
 from tf_tree_py.core.stamp import NANOSECONDS_PER_SECOND
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.frame_names import rename
 
 from ..files.connections import Connection, find_ros1_layout, RecordedMessage
+from ..files.foxglove import as_tf_message
 
 # struct's letters for numbers, as numpy writes them.
 _TYPES = {'i': 'i4', 'I': 'u4'}
@@ -118,14 +119,19 @@ class Decoder:
     def read(self, arrival: RecordedMessage) -> Batch | Incident:
         """Return the transforms of a message, or the incident of invalid bytes."""
         connection = arrival.connection
-        return self.reader_of(connection).read_or_refuse(arrival.data, connection.authority)
+        try:
+            data = as_tf_message(arrival) if connection.has_foxglove_transforms else arrival.data
+            return self.reader_of(connection).read(data)
+        except WireError as error:
+            return malformed(error, connection.authority)
 
     def reader_of(self, connection: Connection) -> WireReader:
         """Return the reader for the messages of a connection."""
         reader = self._readers.get(connection)
         if reader is None:
+            ros1 = connection.ros1 and not connection.has_foxglove_transforms
             reader = self._readers[connection] = WireReader(
-                self._rename_of(connection), find_ros1_layout if connection.ros1 else find_layout,
+                self._rename_of(connection), find_ros1_layout if ros1 else find_layout,
                 static=connection.static)
         return reader
 
@@ -200,8 +206,8 @@ class MessageWindow(NamedTuple):
 
     :ivar received: (n,) when each message was received, nanoseconds.
     :ivar edges: the samples of every edge.
-    :ivar others: numbers of the messages that are not in ``edges``, sorted: static ones, and those
-        that cannot be read together with others.
+    :ivar others: numbers of the messages that are not in ``edges``, sorted: static ones, those of
+        Foxglove, and those that cannot be read together with others.
     """
 
     received: Stamps
@@ -213,12 +219,16 @@ def decode(arrivals: Sequence[RecordedMessage], decoder: Decoder) -> MessageWind
     """Return messages, decoded together."""
     # By the identity of the connection: comparing two takes longer than the rest of this.
     alike: dict[tuple[int, Key], list[int]] = defaultdict(list)
+    lone: dict[int, bool] = {}
     others: list[int] = []
     for number, (_, connection, data) in enumerate(arrivals):
-        if connection.static:
+        place = id(connection)
+        if place not in lone:
+            lone[place] = connection.static or connection.has_foxglove_transforms
+        if lone[place]:
             others.append(number)
         else:
-            alike[id(connection), key_of(data)].append(number)
+            alike[place, key_of(data)].append(number)
     parts: dict[Edge, list[Samples]] = defaultdict(list)
     for numbers in alike.values():
         reader = decoder.reader_of(arrivals[numbers[0]].connection)

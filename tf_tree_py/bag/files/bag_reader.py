@@ -20,6 +20,7 @@ from tf_tree_py.recording.errors import BagError, needs_extra
 
 from .connections import Connection, RecordedMessage, Storage
 from .discovery import files_of
+from .foxglove import check_decoders
 
 PathLike = str | os.PathLike[str]
 
@@ -31,7 +32,7 @@ class Bag(Closable):
     Close it, or use it in a ``with``.
 
     :ivar path: of the file or folder.
-    :ivar connections: of transforms: every topic of type TFMessage, or the requested ones.
+    :ivar connections: of transforms: every topic with transforms, or the requested ones.
     :ivar everything: the connections of all types.
     """
 
@@ -39,8 +40,9 @@ class Bag(Closable):
         """
         Open a bag.
 
-        :param topics: read only these; None: every topic of type TFMessage.
-        :raises BagError: it cannot be read at all, or does not have one of the topics.
+        :param topics: read only these; None: every topic with transforms.
+        :raises BagError: it cannot be read at all, does not have one of the topics, or a library
+            that decodes its messages is missing.
         """
         self.path = Path(path)
         self._damage: list[str] = []
@@ -49,6 +51,7 @@ class Bag(Closable):
             connection for storage in self._storages for connection in storage.counts))
         try:
             self.connections = _chosen(self.path, self.everything, topics)
+            check_decoders(self.path, self.connections)
         except BagError:
             self.close()
             raise
@@ -132,7 +135,7 @@ def read_messages(path: PathLike, topics: Sequence[str] | None = None, *,
     ``Decoder`` decodes the bytes to transforms. For the faults of the files themselves, open a
     ``Bag`` and read its ``damage``.
 
-    :param topics: read only these; None: every topic of type TFMessage.
+    :param topics: read only these; None: every topic with transforms.
     :param start: skip moving transforms that were received earlier, nanoseconds.
     :param stop: skip moving transforms that were received at this time or later.
     :raises BagError: it cannot be read at all, or does not have one of the topics.
@@ -171,9 +174,7 @@ def _chosen(path: Path, everything: Sequence[Connection],
     chosen = [connection for topic in topics for connection in _of_topic(path, everything, topic)]
     for connection in chosen:
         if not connection.has_transforms:
-            raise BagError(f'{path}: {connection.topic} has messages of type '
-                           f'{connection.type_name}, '
-                           'not transforms')
+            raise BagError(f'{path}: {connection.topic} has {connection.contents}, not transforms')
     return chosen
 
 

@@ -24,8 +24,30 @@ if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition
     from rosbags.typesys.store import Typestore
 
-_TRANSFORMS = {('tf2_msgs', 'TFMessage'), ('tf', 'tfMessage')}
 _ODOMETRY = ('nav_msgs', 'Odometry')
+
+CDR, ROS1 = 'cdr', 'ros1'
+"""The encodings of messages of ROS 2 and ROS 1."""
+
+JSON, PROTOBUF = 'json', 'protobuf'
+# All others of MCAP's registry (https://mcap.dev/spec/registry).
+_OTHERS = (JSON, PROTOBUF, 'flatbuffer', 'cbor', 'msgpack')
+
+# The types with transforms, by package and name, and the encodings in which they are read.
+_OF_ROS, _OF_FOXGLOVE = (CDR, ROS1), (JSON, PROTOBUF)
+_TRANSFORMS = {
+    ('tf2_msgs', 'TFMessage'): _OF_ROS,
+    ('tf', 'tfMessage'): _OF_ROS,
+    ('foxglove_msgs', 'FrameTransform'): _OF_ROS,
+    ('foxglove_msgs', 'FrameTransforms'): _OF_ROS,
+    ('foxglove', 'FrameTransform'): _OF_FOXGLOVE,
+    ('foxglove', 'FrameTransforms'): _OF_FOXGLOVE,
+}
+
+
+def known_encoding(name: str) -> str:
+    """Return an encoding of a bag; CDR for names that only old recorders gave it."""
+    return name if name in (ROS1, *_OTHERS) else CDR
 
 
 class Connection(NamedTuple):
@@ -36,7 +58,7 @@ class Connection(NamedTuple):
     :ivar latched: whether late joiners receive the last message: transient local, or ROS 1's
         latched.
     :ivar publisher: the node that published, if the bag names it; otherwise ''.
-    :ivar ros1: whether the messages are ROS 1's bytes; otherwise they are CDR.
+    :ivar encoding: of its messages, as MCAP names it: ``cdr``, ``ros1``, ``json``, ...
     :ivar reliable: whether all publishers were reliable, as far as the bag contains that; tf2 does
         not receive others.
     :ivar volatile: whether a publisher was volatile: late joiners receive none of its messages.
@@ -46,14 +68,24 @@ class Connection(NamedTuple):
     type_name: str
     latched: bool
     publisher: str
-    ros1: bool
+    encoding: str = CDR
     reliable: bool = True
     volatile: bool = False
 
     @property
     def has_transforms(self) -> bool:
-        """Return whether its messages are TFMessages, of tf2 or of ROS 1's tf."""
-        return self._type in _TRANSFORMS
+        """Return whether its messages are TFMessages, of tf2 or ROS 1's tf, or Foxglove's."""
+        return self.encoding in self.readable_encodings
+
+    @property
+    def has_foxglove_transforms(self) -> bool:
+        """Return whether ``foxglove`` reads transforms from its messages."""
+        return self.type_name.startswith('foxglove') and self.has_transforms
+
+    @property
+    def readable_encodings(self) -> tuple[str, ...]:
+        """Return the encodings in which transforms of its type are read; none for other types."""
+        return _TRANSFORMS.get(self._type, ())
 
     @property
     def has_static_covariances(self) -> bool:
@@ -61,9 +93,26 @@ class Connection(NamedTuple):
         return self.topic.endswith(STATIC_COVARIANCE_TOPIC) and self._type == _ODOMETRY
 
     @property
+    def ros1(self) -> bool:
+        """Return whether the messages are ROS 1's bytes."""
+        return self.encoding == ROS1
+
+    @property
+    def is_of_ros(self) -> bool:
+        """Return whether the messages are in an encoding of ROS 2 or ROS 1."""
+        return self.encoding in _OF_ROS
+
+    @property
     def _type(self) -> tuple[str, str]:
-        words = self.type_name.split('/')  # a single one, if the bag is damaged
+        # Foxglove separates them with a dot. There is a single word if the bag is damaged.
+        words = self.type_name.replace('.', '/').split('/')
         return words[0], words[-1]
+
+    @property
+    def contents(self) -> str:
+        """Return the type of its messages in words, with the encoding where that is not ROS's."""
+        encoding = '' if self.is_of_ros else f' in {self.encoding}'
+        return f'messages of type {self.type_name.replace("/msg/", "/")}{encoding}'
 
     @property
     def static(self) -> bool:
@@ -82,7 +131,7 @@ class RecordedMessage(NamedTuple):
 
     :ivar received: the time of receiving, nanoseconds of the recorder's clock, which may differ
         from that of the stamps in the message.
-    :ivar data: its bytes; see ``Connection.ros1``.
+    :ivar data: its bytes; see ``Connection.encoding``.
     """
 
     received: int
@@ -155,6 +204,10 @@ _DEFINITIONS = {
     'isaac_ros_apriltag_interfaces/msg/AprilTagDetection':
         'string family\nint32 id\ngeometry_msgs/Point center\ngeometry_msgs/Point[4] corners\n'
         'geometry_msgs/PoseWithCovarianceStamped pose\n',
+    'foxglove_msgs/msg/FrameTransform':
+        'builtin_interfaces/Time timestamp\nstring parent_frame_id\nstring child_frame_id\n'
+        'geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n',
+    'foxglove_msgs/msg/FrameTransforms': 'foxglove_msgs/FrameTransform[] transforms\n',
     'isaac_ros_apriltag_interfaces/msg/AprilTagDetectionArray':
         'std_msgs/Header header\n'
         'isaac_ros_apriltag_interfaces/AprilTagDetection[] detections\n',
@@ -167,6 +220,8 @@ def decode(connection: Connection, data: bytes) -> Any:
 
     :raises WireError: the type is unknown, or the bytes are damaged.
     """
+    if not connection.is_of_ros:
+        raise WireError(f'the message cannot be decoded: it is in {connection.encoding}')
     package, *_, name = connection.type_name.split('/')
     store = typestore(connection.ros1)
     read = store.deserialize_ros1 if connection.ros1 else store.deserialize_cdr

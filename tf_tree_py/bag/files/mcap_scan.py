@@ -15,7 +15,7 @@ import zlib
 
 from rosbags.interfaces import MessageDefinition
 
-from .connections import Connection, RecordedMessage, too_large, unpacked_limit
+from .connections import Connection, RecordedMessage, ROS1, too_large, unpacked_limit
 from .rosbags_file import profiles_of, ros2_connection, UNREADABLE
 from .scanning import Bytes, Cut, definition, OtherProfile, RecordScan, ros1_type
 from .unpacking import unpacked_part
@@ -61,9 +61,10 @@ class McapScan(RecordScan):
 
     def check_profile(self) -> None:
         """
-        Check that the header, if it can be read, has the profile of ROS 2.
+        Check that the profile is that of ROS 2, and that all topics are, as far as that is known.
 
-        :raises OtherProfile: it has another one, such as that of a converted ROS 1 bag, or none.
+        :raises OtherProfile: the profile is another one, such as that of a converted ROS 1 bag, or
+            none; or a topic is in another encoding, because of which rosbags refuses the file.
         """
         file = self._file()
         try:
@@ -73,6 +74,10 @@ class McapScan(RecordScan):
             return
         if opcode == _HEADER and profile != 'ros2':
             raise OtherProfile(f"its profile is {profile!r}, not 'ros2'")
+        self._read_summary()
+        for connection in self._channels.values():
+            if not connection.is_of_ros:
+                raise OtherProfile(f'{connection.topic} is in {connection.encoding}')
 
     def _read_summary(self) -> None:
         footer = Bytes(self._data[-_FOOTER_BYTES:])
@@ -139,13 +144,13 @@ class McapScan(RecordScan):
             topic, encoding = content.text(), content.text()
             name, fields = self._schemas.get(schema, ('', definition('', '')))
             metadata = _metadata(Bytes(content.sized()))
-            if encoding == 'ros1':
+            if encoding == ROS1:
                 connection = Connection(topic, ros1_type(name),
                                         metadata.get('latching') in ('1', 'true'),
-                                        metadata.get('callerid', ''), True)
+                                        metadata.get('callerid', ''), ROS1)
             else:
                 connection = ros2_connection(
-                    topic, name, profiles_of(metadata.get('offered_qos_profiles', '')))
+                    topic, name, profiles_of(metadata.get('offered_qos_profiles', '')), encoding)
             self._channels[number] = connection
             self.definitions[connection] = fields
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 import struct
 
-from .connections import Connection, RecordedMessage
+from .connections import Connection, RecordedMessage, ROS1
 from .rosbags_file import UNREADABLE
 from .scanning import Bytes, Cut, definition, RecordScan, ros1_type
 from .unpacking import unpacked_part
@@ -79,7 +79,7 @@ class Ros1Scan(RecordScan):
     def _connect(self, header: dict[str, bytes], fields: dict[str, bytes]) -> None:
         connection = Connection(
             header['topic'].decode(), ros1_type(fields['type'].decode()),
-            fields.get('latching') == b'1', fields.get('callerid', b'').decode(), True)
+            fields.get('latching') == b'1', fields.get('callerid', b'').decode(), ROS1)
         self._connections[_number(header['conn'])] = connection
         self.definitions[connection] = definition(fields['message_definition'].decode())
 

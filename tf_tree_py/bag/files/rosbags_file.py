@@ -42,8 +42,11 @@ from tf_tree_py.core.errors import warn
 from tf_tree_py.core.stamp import format_stamp
 
 from .connections import (
+    CDR,
     Connection,
+    known_encoding,
     RecordedMessage,
+    ROS1,
     Scan,
     too_large,
     unpacked_limit,
@@ -239,9 +242,9 @@ def _connection(theirs: RosbagsConnection) -> Connection:
     extension = theirs.ext
     if isinstance(extension, ConnectionExtRosbag1):
         return Connection(theirs.topic, theirs.msgtype, bool(extension.latching),
-                          extension.callerid or '', True)
+                          extension.callerid or '', ROS1)
     return ros2_connection(theirs.topic, theirs.msgtype, extension.offered_qos_profiles,
-                           extension.serialization_format == 'ros1')
+                           extension.serialization_format)
 
 
 def profiles_of(text: str) -> list[Qos]:
@@ -253,15 +256,16 @@ def profiles_of(text: str) -> list[Qos]:
 
 
 def ros2_connection(topic: str, type_name: str, profiles: Sequence[Qos],
-                    ros1: bool = False) -> Connection:
+                    encoding: str = CDR) -> Connection:
     """
     Return a topic of rosbag2.
 
     :param profiles: the quality of service that its publishers offered, as far as it was recorded.
-    :param ros1: whether its messages are ROS 1's bytes.
+    :param encoding: of its messages, as the file names it.
     """
     durabilities = {profile.durability for profile in profiles}
     return Connection(
-        topic, type_name, durabilities == {QosDurability.TRANSIENT_LOCAL}, '', ros1,
+        topic, type_name, durabilities == {QosDurability.TRANSIENT_LOCAL}, '',
+        known_encoding(encoding),
         all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles),
         QosDurability.VOLATILE in durabilities)

@@ -64,7 +64,7 @@ def ros1_type(name: str) -> str:
 
 
 class OtherProfile(ValueError):
-    """An MCAP file has a profile that rosbags refuses; this is not damage, and a scan reads it."""
+    """An MCAP file is not of ROS 2, so rosbags refuses it; this is no damage: a scan reads it."""
 
 
 class Cut(Exception):

@@ -97,7 +97,7 @@ class WireReader:
             return self.read_known(data) or self._read_new(
                 (yield from find_layout_in_steps(data, self._rename)), data)
         except WireError as error:
-            return _malformed(error, authority)
+            return malformed(error, authority)
 
     def _read_new(self, layout: MessageLayout, data: bytes) -> Batch:
         self._remember(layout)
@@ -123,7 +123,7 @@ class WireReader:
         try:
             return self.read(data)
         except WireError as error:
-            return _malformed(error, authority)
+            return malformed(error, authority)
 
     def _remember(self, layout: MessageLayout) -> None:
         if layout.size > self._most:
@@ -140,7 +140,8 @@ class WireReader:
         self.remembered += layout.size
 
 
-def _malformed(error: WireError, authority: str) -> Incident:
+def malformed(error: WireError, authority: str) -> Incident:
+    """Return the incident of bytes that are not a TFMessage."""
     return Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
 
 
