@@ -240,3 +240,38 @@ def test_any_bytes_are_a_batch_or_an_incident(encoding, data):
     begin, end = sorted(data.draw(st.tuples(*[st.integers(0, len(whole))] * 2)))
     message = whole[:begin] + data.draw(st.binary(max_size=12)) + whole[end:]
     assert isinstance(read(message, encoding), (Batch, Incident))
+
+
+# --- Foxglove's own writer
+
+@pytest.mark.parametrize('compression', ['zstd', 'lz4'])
+def test_what_its_sdk_records_is_read(tmp_path, compression):
+    foxglove = pytest.importorskip('foxglove')
+    from foxglove.channels import FrameTransformChannel, FrameTransformsChannel
+    from foxglove.mcap import MCAPCompression, MCAPWriteOptions
+    from foxglove.messages import FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3
+
+    def made(transform):
+        parent, child, stamp, pose = transform
+        return FrameTransform(
+            timestamp=Timestamp(*divmod(stamp, SECOND)), parent_frame_id=parent,
+            child_frame_id=child, translation=Vector3(**dict(zip('xyz', pose[:3], strict=True))),
+            rotation=Quaternion(**dict(zip('xyzw', pose[3:], strict=True))))
+
+    path, context = tmp_path / 'sdk.mcap', foxglove.Context()
+    several = {topic: FrameTransformsChannel(topic, context=context)
+               for topic in ('/tf', '/tf_static')}
+    battery = foxglove.Channel('/battery', message_encoding='json', context=context)
+    single = FrameTransformChannel('/tf_one', context=context)
+    options = MCAPWriteOptions(compression=getattr(MCAPCompression, compression.capitalize()))
+    with foxglove.open_mcap(path, context=context, writer_options=options):
+        for message in RUN:
+            if len(message.transforms) == 1 and message.topic == '/tf':
+                single.log(made(message.transforms[0]), log_time=message.received)
+            else:
+                several[message.topic].log(FrameTransforms(
+                    transforms=list(map(made, message.transforms))), log_time=message.received)
+        battery.log({'voltage': 12.1})
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert_same(open_bag(path), fed(RUN))

@@ -152,7 +152,7 @@ def test_killed_workers_lose_only_the_bags_that_kill_them(
 def test_worker_that_takes_long_to_return_is_waited_for(tmp_path):
     # By default dask waits for 15 s, which a busy machine exceeds.
     short = dask.config.set({'distributed.deploy.lost-worker-timeout': '1ms'})
-    with short, client_of(None, 1) as client:
+    with patch.dict(os.environ), short, client_of(None, 1) as client:
         bags = [BagPath(str(tmp_path / name), '') for name in ('once', 'other')]
         found = list(results(client, Deadly(tmp_path), bags))
     assert sorted(bag.path for bag, _ in found) == [bag.path for bag in bags]
