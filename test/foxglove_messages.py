@@ -86,6 +86,13 @@ def _as_ros1(transforms):
 
 ENCODERS = {'json': _as_json, 'protobuf': _as_protobuf, 'cdr': _as_cdr, 'ros1': _as_ros1}
 """For each encoding, the function that serializes transforms as FrameTransforms."""
+ENCODERS_OF_ONE = {
+    'json': lambda transform: json.dumps(fields(*transform)).encode(),
+    'protobuf': lambda transform: in_protobuf(*transform).SerializeToString(),
+    'cdr': lambda transform: bytes(JAZZY.serialize_cdr(_in_ros(JAZZY, *transform), _ONE_TYPE)),
+    'ros1': lambda transform: bytes(NOETIC.serialize_ros1(_in_ros(NOETIC, *transform), _ONE_TYPE)),
+}
+"""For each encoding, the function that serializes one transform as a FrameTransform."""
 HERE = [connection for encoding, connection in CONNECTIONS.items()
         if encoding != 'protobuf' or find_spec('foxglove_schemas_protobuf')]
 """The connections in the encodings that can be read with what is installed."""

@@ -68,11 +68,44 @@ def work(_):
             print('whole')
         print('continued')
     finally:
-        with signals.deferred():  # nothing has been deferred here
+        with signals.deferred():  # nothing is deferred here
             print('clean-up')
+        print('the end')
 
 sys.exit(endings.run('tool', work))
-""") == (130, 'whole\nclean-up\n')
+""") == (130, 'whole\nclean-up\nthe end\n')
+
+
+def test_signal_after_such_a_block_interrupts_at_once():
+    assert run("""
+def work(_):
+    signals.raise_interrupts()
+    try:
+        with signals.deferred():
+            raise ValueError
+    except ValueError:
+        pass
+    interrupt()
+    print('continued')
+
+sys.exit(endings.run('tool', work))
+""") == (130, '')
+
+
+def test_signal_in_such_a_block_that_fails_is_not_lost():
+    assert run("""
+def work(_):
+    signals.raise_interrupts()
+    try:
+        with signals.deferred():
+            interrupt()
+            raise ValueError
+    except ValueError:
+        pass
+    print('continued')
+
+sys.exit(endings.run('tool', work))
+""") == (130, '')
 
 
 def test_later_signal_interrupts_such_a_block_that_hangs():

@@ -123,21 +123,23 @@ def test_a_flood_of_requests_is_one_a_second_with_their_number(monkeypatch):
 def test_ctrl_c_as_a_line_is_printed_does_not_lose_it():
     """The record of the bag has left the queue by then."""
     done = completed(sys.executable, '-c', """
-import signal
 from pathlib import Path
+from queue import SimpleQueue
+import signal
 from tf_tree_py.command import signals
+from tf_tree_py.recording.flight_recorder import Happened
 from tf_tree_py.tools.tf_record import _StatusLine
 
-class Interrupting:
-    why = summary = 'asked'
-
-    def __getattribute__(self, name):
+class Interrupting(SimpleQueue):
+    def get(self):
+        taken = super().get()
         signal.raise_signal(signal.SIGINT)
-        return object.__getattribute__(self, name)
+        return taken
 
 status_line = _StatusLine(as_json=False)
+status_line._dumps = Interrupting()
 signals.raise_interrupts()
-status_line.note(Interrupting(), Path('a.mcap'), '')
+status_line.note(Happened('asked', 'asked'), Path('a.mcap'), '')
 try:
     status_line.print_all()
 except KeyboardInterrupt:

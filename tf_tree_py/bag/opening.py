@@ -161,10 +161,10 @@ _ODOMETRY, _TF_MESSAGE = 'nav_msgs/Odometry', 'tf2_msgs/TFMessage'
 def no_transforms(bag: Bag) -> str:
     """Return the error in one sentence; the bag must be open and not yet read."""
     there = listed(sorted({each.topic for each in bag.everything}), most=20) or 'nothing'
-    hints = [_why_unread(each) for each in bag.everything if each.readable_encodings
-             or each.topic.rpartition('/')[2] in ('tf', 'tf_static')]
-    types = {each.topic: each.type_name.replace('/msg/', '/')
-             for each in bag.everything if each.is_of_ros}
+    types = {each.topic: each.short_type for each in bag.everything if each.is_of_ros}
+    hints = bag.unread + list(dict.fromkeys(
+        f'{each.topic} has {each.contents}, not {_TF_MESSAGE}' for each in bag.everything
+        if each.topic.rpartition('/')[2] in ('tf', 'tf_static') and not each.readable_encodings))
     for topic, type_name in types.items():
         if type_name == _ODOMETRY:
             hints.append(f'open_bag(..., odometry={topic!r}) makes an edge of its odometry, as '
@@ -174,12 +174,6 @@ def no_transforms(bag: Bag) -> str:
                          f'of {topic}')
     return '; '.join([f'{bag.path} has no topic with transforms; it has: {there}', *hints,
                       *bag.damage])
-
-
-def _why_unread(connection: Connection) -> str:
-    encodings = connection.readable_encodings
-    wanted = f'not in {" or ".join(encodings)}' if encodings else f'not {_TF_MESSAGE}'
-    return f'{connection.topic} has {connection.contents}, {wanted}'
 
 
 # --- opening
@@ -261,6 +255,8 @@ def open_bag(path: PathLike, *, topics: Sequence[str] | None = None, start: Stam
                 'start and stop are integer nanoseconds')
         for sentence in bag.damage:
             assembly.oddities.note('damaged file', sentence)
+        for sentence in bag.unread:
+            assembly.oddities.note('unread transforms', sentence)
         recording = Recording(assembly.tree, bag.path, assembly.oddities.summed(),
                               assembly.intake.statistics())
     if recording.oddities:

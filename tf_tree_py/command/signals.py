@@ -72,7 +72,7 @@ def deferred() -> Iterator[None]:
     """
     Raise the exception of a first signal at the end of this block, for what must not be halved.
 
-    A second signal, a second later, is not deferred: the block may hang.
+    A second signal, a second later, is not deferred: the block may hang. Blocks are not nested.
     """
     global _is_deferring
     had_raised = bool(_raised)
@@ -81,8 +81,8 @@ def deferred() -> Iterator[None]:
         yield
     finally:
         _is_deferring = False
-    if _raised and not had_raised:
-        raise KeyboardInterrupt
+        if _raised and not had_raised:
+            raise KeyboardInterrupt
 
 
 def wait(seconds: float | None = None) -> None:

@@ -95,8 +95,11 @@ class RecordedTree(TreeInput):
         return self._now
 
     def damage(self) -> list[str]:
-        """Return the faults of the files, one sentence each; complete after all was read."""
-        return self._bag.damage
+        """Return what cannot be read, one sentence each; complete after all was read."""
+        clocks = [] if self._time_of is not _as_received else [
+            f'{each.topic} has {each.contents}, so ages follow the time of receiving'
+            for each in self._bag.everything if each.topic == _CLOCK and not each.is_of_ros]
+        return self._bag.damage + self._bag.unread + clocks
 
     def _insert_covariances(self, alone: bool) -> None:
         """Insert the covariances of static edges first, because they are valid at all times."""
@@ -108,7 +111,7 @@ class RecordedTree(TreeInput):
 
     def _note_sources(self) -> None:
         """Notify observers of what the robot's buffers reported of their sources, all at once."""
-        if not any(each.topic == DIAGNOSTICS_TOPIC for each in self._bag.everything):
+        if not _has(self._bag, DIAGNOSTICS_TOPIC):
             return
         reports = SwitchReports()
         for arrival in self._bag.messages(DIAGNOSTICS_TOPIC):
@@ -123,9 +126,7 @@ class RecordedTree(TreeInput):
         connection = arrival.connection
         batch = self._decoder.read(arrival)
         if isinstance(batch, Incident):
-            self.buffer.intake.refuse(replace(
-                batch, authority=connection.publisher,
-                detail=f'on {connection.topic}: {batch.detail}'))
+            self.buffer.intake.refuse(replace(batch, authority=connection.publisher))
             return
         self.buffer.observers.notify_received(ReceivedMessage(
             batch, self._now, connection.topic, connection.static, connection.publisher))
@@ -145,16 +146,23 @@ def _clock_of(bag: Bag) -> Callable[[int], int]:
 
     If ``/clock`` was recorded, its messages determine the function.
     """
-    if not any(each.topic == _CLOCK for each in bag.everything):
-        return lambda received: received
-    times = list(_ticks(bag.messages(_CLOCK)))
+    times = list(_ticks(bag.messages(_CLOCK))) if _has(bag, _CLOCK) else []
     if not times:
-        return lambda received: received
+        return _as_received
     received, shown = np.array(times, dtype=np.int64).T
     begin, first = int(received[0]), int(shown[0])
     # Near zero a float is exact to the nanosecond.
     ticks, progress = (received - begin).astype(float), (shown - first).astype(float)
     return lambda moment: first + round(float(np.interp(moment - begin, ticks, progress)))
+
+
+def _as_received(received: int) -> int:
+    return received
+
+
+def _has(bag: Bag, topic: str) -> bool:
+    """Return whether a bag has a topic with messages of ROS."""
+    return any(each.topic == topic and each.is_of_ros for each in bag.everything)
 
 
 def _ticks(arrivals: Iterator[RecordedMessage]) -> Iterator[tuple[int, int]]:

@@ -12,6 +12,7 @@ An anomaly is reported once by reason and edge, not once a message: also repeate
 out of order, and jumps back.
 """
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 import math
 from typing import NamedTuple
@@ -206,8 +207,8 @@ class Assembler:
     def _first_other(self, arrivals: Sequence[RecordedMessage], window: MessageWindow,
                      begin: int) -> int:
         """Return the number of the first message that has to be inserted in order."""
-        end = next((number for number in window.others if number >= begin
-                    and not self._is_repeated(arrivals[number])), len(arrivals))
+        end = next((number for number in _since(window.others, begin)
+                    if not self._is_repeated(arrivals[number])), len(arrivals))
         for edge, samples in window.edges.items():
             end = self._first_that_does_not_go_on(edge, samples.between(begin, end), end)
         return end
@@ -226,9 +227,10 @@ class Assembler:
     def _insert_together(self, arrivals: Sequence[RecordedMessage], window: MessageWindow,
                          begin: int, end: int) -> None:
         """Insert messages that only extend histories."""
-        for number in window.others:
-            if begin <= number < end:
-                self._insert_one(arrivals[number])
+        for number in _since(window.others, begin):
+            if number >= end:
+                break
+            self._insert_one(arrivals[number])
         for edge, samples in window.edges.items():
             some = samples.between(begin, end)
             if not len(some.messages):
@@ -282,6 +284,11 @@ class Assembler:
                     f'it was {_shown(was)} below {history.parent!r}, and is now '
                     f'{_shown(sample.pose)}; lookups at any time use the last one',
                     (sample.parent, sample.child))
+
+
+def _since(numbers: Sequence[int], begin: int) -> Iterator[int]:
+    """Yield the numbers from one on, of those that are sorted."""
+    return (numbers[place] for place in range(bisect_left(numbers, begin), len(numbers)))
 
 
 def _windows(arrivals: Iterable[RecordedMessage]) -> Iterator[list[RecordedMessage]]:

@@ -120,10 +120,9 @@ class Decoder:
         """Return the transforms of a message, or the incident of invalid bytes."""
         connection = arrival.connection
         try:
-            data = as_tf_message(arrival) if connection.has_foxglove_transforms else arrival.data
-            return self.reader_of(connection).read(data)
+            return self.reader_of(connection).read(_bytes_of(arrival))
         except WireError as error:
-            return malformed(error, connection.authority)
+            return malformed(WireError(f'on {connection.topic}: {error}'), connection.authority)
 
     def reader_of(self, connection: Connection) -> WireReader:
         """Return the reader for the messages of a connection."""
@@ -134,6 +133,15 @@ class Decoder:
                 self._rename_of(connection), find_ros1_layout if ros1 else find_layout,
                 static=connection.static)
         return reader
+
+
+def _bytes_of(arrival: RecordedMessage) -> bytes:
+    """
+    Return the bytes of a TFMessage with the transforms of a message.
+
+    :raises WireError: they are in a message of Foxglove that cannot be decoded.
+    """
+    return as_tf_message(arrival) if arrival.connection.has_foxglove_transforms else arrival.data
 
 
 def prefixed(frame_prefix: str | Mapping[str, str],
@@ -206,8 +214,8 @@ class MessageWindow(NamedTuple):
 
     :ivar received: (n,) when each message was received, nanoseconds.
     :ivar edges: the samples of every edge.
-    :ivar others: numbers of the messages that are not in ``edges``, sorted: static ones, those of
-        Foxglove, and those that cannot be read together with others.
+    :ivar others: numbers of the messages that are not in ``edges``, sorted: static ones, and those
+        that cannot be read together with others.
     """
 
     received: Stamps
@@ -219,35 +227,49 @@ def decode(arrivals: Sequence[RecordedMessage], decoder: Decoder) -> MessageWind
     """Return messages, decoded together."""
     # By the identity of the connection: comparing two takes longer than the rest of this.
     alike: dict[tuple[int, Key], list[int]] = defaultdict(list)
-    lone: dict[int, bool] = {}
+    kinds: dict[int, tuple[bool, bool]] = {}
+    datas: list[bytes] = []
     others: list[int] = []
-    for number, (_, connection, data) in enumerate(arrivals):
+    for number, arrival in enumerate(arrivals):
+        _, connection, data = arrival
         place = id(connection)
-        if place not in lone:
-            lone[place] = connection.static or connection.has_foxglove_transforms
-        if lone[place]:
+        if place not in kinds:
+            kinds[place] = connection.static, connection.has_foxglove_transforms
+        static, foxglove = kinds[place]
+        if foxglove and not static:
+            data = _bytes_or_none(arrival)
+        datas.append(data)
+        if static or not data:
             others.append(number)
         else:
             alike[place, key_of(data)].append(number)
     parts: dict[Edge, list[Samples]] = defaultdict(list)
     for numbers in alike.values():
         reader = decoder.reader_of(arrivals[numbers[0]].connection)
-        others += _add_alike(arrivals, numbers, reader, parts)
+        others += _add_alike(datas, numbers, reader, parts)
     received = np.array([arrival.received for arrival in arrivals], np.int64)
     return MessageWindow(received, {edge: _joined(samples) for edge, samples in parts.items()},
                          sorted(others))
 
 
-def _add_alike(arrivals: Sequence[RecordedMessage], numbers: list[int], reader: WireReader,
+def _bytes_or_none(arrival: RecordedMessage) -> bytes:
+    """Return the bytes of a TFMessage; none if the message cannot be decoded."""
+    try:
+        return _bytes_of(arrival)
+    except WireError:
+        return b''
+
+
+def _add_alike(datas: Sequence[bytes], numbers: list[int], reader: WireReader,
                parts: dict[Edge, list[Samples]]) -> list[int]:
     """Decode messages of one size and first name; return the numbers of undecodable ones."""
     left = np.array(numbers)
     for _ in range(_MAX_LAYOUTS):
         try:
-            layout = reader.layout_of(arrivals[left[0]].data)
+            layout = reader.layout_of(datas[left[0]])
         except WireError:
             break
-        fits, stamps, poses = _block_of(layout).read([arrivals[number].data for number in left])
+        fits, stamps, poses = _block_of(layout).read([datas[number] for number in left])
         for edge, *columns in zip(layout.edges, stamps, poses, strict=True):
             parts[edge].append(Samples(left[fits], *columns))
         left = left[~fits]

@@ -45,6 +45,7 @@ class Bag(Closable):
             that decodes its messages is missing.
         """
         self.path = Path(path)
+        self._is_chosen = topics is not None
         self._damage: list[str] = []
         self._storages = _open_all(self.path, self._damage)
         self.everything = list(dict.fromkeys(
@@ -55,6 +56,13 @@ class Bag(Closable):
         except BagError:
             self.close()
             raise
+
+    @property
+    def unread(self) -> list[str]:
+        """Return which topics have transforms that cannot be read, one clause each."""
+        return [] if self._is_chosen else list(dict.fromkeys(
+            f'{each.topic} has {each.contents}, not in {" or ".join(each.readable_encodings)}'
+            for each in self.everything if each.readable_encodings and not each.has_transforms))
 
     @property
     def damage(self) -> list[str]:
@@ -81,20 +89,24 @@ class Bag(Closable):
 
     def connections_of(self, topic: str) -> list[Connection]:
         """
-        Return the connections of one topic, of any type.
+        Return the connections of one topic, of any type of ROS.
 
-        :raises BagError: the bag does not have it.
+        :raises BagError: the bag does not have it, or only in an encoding that is not of ROS.
         """
-        return _of_topic(self.path, self.everything, topic)
+        found = _of_topic(self.path, self.everything, topic)
+        of_ros = [each for each in found if each.is_of_ros]
+        if not of_ros:
+            raise BagError(f'{self.path}: {topic} has {found[0].contents}, which cannot be read')
+        return of_ros
 
     def messages(self, topic: str, start: int | None = None,
                  stop: int | None = None) -> Iterator[RecordedMessage]:
         """
-        Yield every message of one topic, of any type.
+        Yield every message of one topic, of any type of ROS.
 
         :param start: skip messages received before it, nanoseconds; None: read all.
         :param stop: skip messages received at it or later; None: read all.
-        :raises BagError: the bag does not have it.
+        :raises BagError: see ``connections_of``.
         """
         yield from self._read(self.connections_of(topic), start, stop)
 
@@ -171,10 +183,14 @@ def _chosen(path: Path, everything: Sequence[Connection],
         raise BagError(f'topics has to be a list of names, such as [{topics!r}]')
     if topics is None:
         return [each for each in everything if each.has_transforms]
-    chosen = [connection for topic in topics for connection in _of_topic(path, everything, topic)]
-    for connection in chosen:
-        if not connection.has_transforms:
-            raise BagError(f'{path}: {connection.topic} has {connection.contents}, not transforms')
+    chosen: list[Connection] = []
+    for topic in topics:
+        found = _of_topic(path, everything, topic)
+        readable = [each for each in found if each.has_transforms]
+        if not readable:
+            raise BagError(f'{path}: {topic} has {found[0].contents}, not transforms that can be '
+                           'read')
+        chosen += readable
     return chosen
 
 

@@ -24,30 +24,24 @@ if TYPE_CHECKING:
     from rosbags.interfaces import MessageDefinition
     from rosbags.typesys.store import Typestore
 
-_ODOMETRY = ('nav_msgs', 'Odometry')
+_ODOMETRY = 'nav_msgs/Odometry'
 
 CDR, ROS1 = 'cdr', 'ros1'
 """The encodings of messages of ROS 2 and ROS 1."""
 
 JSON, PROTOBUF = 'json', 'protobuf'
-# All others of MCAP's registry (https://mcap.dev/spec/registry).
-_OTHERS = (JSON, PROTOBUF, 'flatbuffer', 'cbor', 'msgpack')
+"""Encodings of Foxglove's messages, as in MCAP's registry (https://mcap.dev/spec/registry)."""
 
-# The types with transforms, by package and name, and the encodings in which they are read.
+# The types with transforms, and the encodings in which they are read.
 _OF_ROS, _OF_FOXGLOVE = (CDR, ROS1), (JSON, PROTOBUF)
 _TRANSFORMS = {
-    ('tf2_msgs', 'TFMessage'): _OF_ROS,
-    ('tf', 'tfMessage'): _OF_ROS,
-    ('foxglove_msgs', 'FrameTransform'): _OF_ROS,
-    ('foxglove_msgs', 'FrameTransforms'): _OF_ROS,
-    ('foxglove', 'FrameTransform'): _OF_FOXGLOVE,
-    ('foxglove', 'FrameTransforms'): _OF_FOXGLOVE,
+    'tf2_msgs/TFMessage': _OF_ROS,
+    'tf/tfMessage': _OF_ROS,
+    'foxglove_msgs/FrameTransform': _OF_ROS,
+    'foxglove_msgs/FrameTransforms': _OF_ROS,
+    'foxglove.FrameTransform': _OF_FOXGLOVE,
+    'foxglove.FrameTransforms': _OF_FOXGLOVE,
 }
-
-
-def known_encoding(name: str) -> str:
-    """Return an encoding of a bag; CDR for names that only old recorders gave it."""
-    return name if name in (ROS1, *_OTHERS) else CDR
 
 
 class Connection(NamedTuple):
@@ -85,12 +79,13 @@ class Connection(NamedTuple):
     @property
     def readable_encodings(self) -> tuple[str, ...]:
         """Return the encodings in which transforms of its type are read; none for other types."""
-        return _TRANSFORMS.get(self._type, ())
+        return _TRANSFORMS.get(self.short_type, ())
 
     @property
     def has_static_covariances(self) -> bool:
         """Return whether it has the covariances of ``static_transform_publisher``."""
-        return self.topic.endswith(STATIC_COVARIANCE_TOPIC) and self._type == _ODOMETRY
+        return (self.topic.endswith(STATIC_COVARIANCE_TOPIC) and self.short_type == _ODOMETRY
+                and self.is_of_ros)
 
     @property
     def ros1(self) -> bool:
@@ -103,16 +98,16 @@ class Connection(NamedTuple):
         return self.encoding in _OF_ROS
 
     @property
-    def _type(self) -> tuple[str, str]:
-        # Foxglove separates them with a dot. There is a single word if the bag is damaged.
-        words = self.type_name.replace('.', '/').split('/')
-        return words[0], words[-1]
+    def short_type(self) -> str:
+        """Return the type of its messages without ``msg``, such as ``tf2_msgs/TFMessage``."""
+        return self.type_name.replace('/msg/', '/')
 
     @property
     def contents(self) -> str:
-        """Return the type of its messages in words, with the encoding where that is not ROS's."""
-        encoding = '' if self.is_of_ros else f' in {self.encoding}'
-        return f'messages of type {self.type_name.replace("/msg/", "/")}{encoding}'
+        """Return the type of its messages in words, with the encoding where that matters."""
+        of_type = f'of type {self.short_type}' if self.type_name else 'without a type'
+        matters = not self.is_of_ros or (self.readable_encodings and not self.has_transforms)
+        return f'messages {of_type}{f" in {self.encoding}" if matters else ""}'
 
     @property
     def static(self) -> bool:
@@ -216,16 +211,14 @@ _DEFINITIONS = {
 
 def decode(connection: Connection, data: bytes) -> Any:
     """
-    Return a message as an object with its fields.
+    Return a message of ROS as an object with its fields.
 
     :raises WireError: the type is unknown, or the bytes are damaged.
     """
-    if not connection.is_of_ros:
-        raise WireError(f'the message cannot be decoded: it is in {connection.encoding}')
-    package, *_, name = connection.type_name.split('/')
     store = typestore(connection.ros1)
     read = store.deserialize_ros1 if connection.ros1 else store.deserialize_cdr
     try:
+        package, *_, name = connection.type_name.split('/')
         return read(data, f'{package}/msg/{name}')
     except Exception as error:  # noqa: B902 - rosbags raises many kinds
         raise WireError(f'the message cannot be decoded: {error}') from error

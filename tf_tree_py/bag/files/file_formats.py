@@ -38,8 +38,10 @@ class SalvagedFile:
         first = scan(file.path)
         self.counts: Counter[Connection] = Counter()
         begin, end = FOREVER, 0
+        self._is_ordered = True
         for arrival in first:
             self.counts[arrival.connection] += 1
+            self._is_ordered = self._is_ordered and arrival.received + 1 >= end
             begin, end = min(begin, arrival.received), max(end, arrival.received + 1)
         self.span = begin, end
         self.definitions = first.definitions
@@ -58,8 +60,11 @@ class SalvagedFile:
 
     def arrivals(self, connections: Collection[Connection], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
-        """Yield the messages of some of its connections, in the order of the file."""
-        return salvaged(self._scan(self._file.path), connections, start, stop)
+        """Yield the messages of some of its connections, in order of arrival."""
+        messages = salvaged(self._scan(self._file.path), connections, start, stop)
+        # Chunks, and messages in them, may have any order.
+        return messages if self._is_ordered else iter(
+            sorted(messages, key=lambda arrival: arrival.received))
 
     def close(self) -> None:
         """Remove the copy of the file, if there is one; no file is open."""

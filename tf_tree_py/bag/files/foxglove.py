@@ -9,8 +9,8 @@ Reads the transforms in messages of Foxglove, and returns them as the bytes of a
 Foxglove's viewer: no translation, no rotation, and 0 for a missing number.
 """
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, is_dataclass
 from functools import cache
 import importlib
 import json
@@ -32,27 +32,32 @@ _Fields = Mapping[str, Any]
 _PACKAGE = 'foxglove_schemas_protobuf'
 # Its generated code refuses older ones, which its metadata allows.
 _ADVICE = "pip install foxglove-schemas-protobuf 'protobuf>=5.29.6'"
+_WITH_ADVICE = ('ModuleNotFoundError', 'ImportError', 'VersionError')
 
-# An error shows this number of characters of a wrong value.
-_SHOWN = 60
+# The limits of one message. A transform of a few bytes takes a kilobyte once it is decoded.
+_MOST_BYTES, _MOST_TRANSFORMS = 8_000_000, 100_000
+# An error shows this number of characters of a wrong value, or of another library's error.
+_SHOWN, _SHOWN_OF_ERROR = 60, 150
 
 
 def check_decoders(path: Path, connections: Collection[Connection]) -> None:
     """
-    Check that the library is installed that decodes protobuf, if some messages are in it.
+    Check that the library can be imported that decodes protobuf, if some messages are in it.
 
     :param path: of the bag, for the error.
-    :raises BagError: it is not, or it cannot be imported.
+    :raises BagError: it is missing, or does not fit its own requirements.
     """
     for connection in connections:
         if connection.encoding == PROTOBUF and connection.has_foxglove_transforms:
             try:
                 _message_class(_name_of(connection))
-            # Generated code raises errors of its own for a version that it does not fit.
+            # The generated code raises errors of its own: for another version of protobuf, or for
+            # other definitions of the same types in this process.
             except Exception as error:  # noqa: B902
+                advice = f': {_ADVICE}' if type(error).__name__ in _WITH_ADVICE else ''
                 raise BagError(
                     f'{path}: reading {connection.type_name} in protobuf, on {connection.topic}, '
-                    f'needs foxglove-schemas-protobuf ({error}): {_ADVICE}') from error
+                    f'needs foxglove-schemas-protobuf ({error}){advice}') from error
 
 
 def as_tf_message(arrival: RecordedMessage) -> bytes:
@@ -61,19 +66,19 @@ def as_tf_message(arrival: RecordedMessage) -> bytes:
 
     A transform without a timestamp gets the time when its message was received.
 
-    :raises WireError: it cannot be decoded, or a field has a wrong type.
+    :raises WireError: it cannot be decoded, a field has a wrong type, or it is too large.
     """
-    connection = arrival.connection
-    fields = _DECODERS[connection.encoding](connection, arrival.data)
-    transforms = [fields]
-    if _name_of(connection) == 'FrameTransforms':
-        transforms = fields.get('transforms') or []
-        if not isinstance(transforms, list):
-            raise _wrong('transforms', transforms, 'a list')
+    size = len(arrival.data)
+    if size > _MOST_BYTES:
+        raise WireError(f'{size:,} bytes are more than the limit of {_MOST_BYTES:,}')
+    transforms = _DECODERS[arrival.connection.encoding](arrival.connection, arrival.data)
+    if len(transforms) > _MOST_TRANSFORMS:
+        raise WireError(f'{len(transforms):,} transforms are more than the limit of '
+                        f'{_MOST_TRANSFORMS:,}')
     try:
-        return wire.write([_sample(each, arrival.received) for each in transforms])
+        return wire.write([_sample(_fields(each), arrival.received) for each in transforms])
     except (InvalidArgumentException, UnicodeEncodeError) as error:
-        raise WireError(str(error)) from None
+        raise WireError(shorten(str(error), _SHOWN_OF_ERROR)) from None
 
 
 def _name_of(connection: Connection) -> str:
@@ -81,36 +86,46 @@ def _name_of(connection: Connection) -> str:
     return connection.type_name.replace('/', '.').rpartition('.')[2]
 
 
-# --- the encodings: each decoder returns the fields by name, nested as in the schema
+def _is_single(connection: Connection) -> bool:
+    return _name_of(connection) == 'FrameTransform'
 
-def _from_json(_: Connection, data: bytes) -> _Fields:
+
+# --- the encodings: each decoder returns the transforms of a message
+
+def _from_json(connection: Connection, data: bytes) -> Sequence[object]:
     try:
-        fields = json.loads(data)
+        message = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise WireError(f'not JSON: {error}') from None
-    if not isinstance(fields, dict):
-        raise _wrong('the message', fields, 'an object')
-    return fields
+        raise WireError(f'not JSON: {shorten(str(error), _SHOWN_OF_ERROR)}') from None
+    if _is_single(connection):
+        return [message]
+    if not isinstance(message, dict):
+        raise _wrong('the message', message, 'an object')
+    if message and 'transforms' not in message:
+        raise _wrong('the message', message, 'an object with transforms')
+    transforms = message.get('transforms') or []
+    if not isinstance(transforms, list):
+        raise _wrong('transforms', transforms, 'a list')
+    return transforms
 
 
-def _from_protobuf(connection: Connection, data: bytes) -> _Fields:
-    made = _message_class(_name_of(connection))()
+def _from_protobuf(connection: Connection, data: bytes) -> Sequence[object]:
+    message = _message_class(_name_of(connection))()
     try:
-        made.ParseFromString(data)
+        message.ParseFromString(data)
     except Exception as error:  # noqa: B902 - its implementations raise their own
-        raise WireError(f'not protobuf of {connection.type_name}: {error}') from None
-    return _plain(made)
+        raise WireError(f'not protobuf of {connection.type_name}: '
+                        f'{shorten(str(error), _SHOWN_OF_ERROR)}') from None
+    return [message] if _is_single(connection) else message.transforms
 
 
-def _plain(message: Any) -> _Fields:
-    """Return the fields of a message that are set."""
-    return {field.name: _plain_value(value) for field, value in message.ListFields()}
+def _from_ros(connection: Connection, data: bytes) -> Sequence[object]:
+    message = decode(connection, data)
+    return [message] if _is_single(connection) else message.transforms
 
 
-def _plain_value(value: Any) -> object:
-    if hasattr(value, 'ListFields'):
-        return _plain(value)
-    return value if isinstance(value, (int, float, str)) else [_plain(each) for each in value]
+_DECODERS: dict[str, Callable[[Connection, bytes], Sequence[object]]] = {
+    JSON: _from_json, PROTOBUF: _from_protobuf, CDR: _from_ros, ROS1: _from_ros}
 
 
 @cache
@@ -118,52 +133,80 @@ def _message_class(name: str) -> Any:
     return getattr(importlib.import_module(f'{_PACKAGE}.{name}_pb2'), name)
 
 
-def _from_ros(connection: Connection, data: bytes) -> _Fields:
-    return asdict(decode(connection, data))
+@cache
+def _unknown_fields() -> Any:
+    return importlib.import_module('google.protobuf.unknown_fields').UnknownFieldSet
 
 
-_DECODERS: dict[str, Callable[[Connection, bytes], _Fields]] = {
-    JSON: _from_json, PROTOBUF: _from_protobuf, CDR: _from_ros, ROS1: _from_ros}
+# --- the fields of a transform, by name
+
+def _fields(transform: Any) -> _Fields:
+    if hasattr(transform, 'ListFields'):
+        return {field.name: _plain(field.name, value) for field, value in transform.ListFields()}
+    if is_dataclass(transform):
+        return asdict(transform, dict_factory=_without_type)  # type: ignore[arg-type]
+    if not isinstance(transform, dict):
+        raise _wrong('a transform', transform, 'an object')
+    old = transform.get('transform')  # until 2022 it held the translation and the rotation
+    return {**old, **transform} if isinstance(old, dict) else transform
 
 
-# --- the fields
+def _without_type(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {name: value for name, value in items if name != '__msgtype__'}  # which rosbags adds
+
+
+def _plain(name: str, value: Any) -> object:
+    """Return the value of a field of protobuf: text, or the fields that are set in a part."""
+    if isinstance(value, str):
+        return value
+    if len(_unknown_fields()(value)):
+        raise WireError(f'{name} has fields that are not in its schema, such as those of 2022')
+    return {field.name: number for field, number in value.ListFields()}
+
 
 _SECONDS, _NANOSECONDS = ('sec', 'seconds'), ('nsec', 'nanosec', 'nanos')
 """The names of the two numbers of a timestamp: in JSON, in ROS, and in protobuf."""
 
+# The seconds of a message of ROS have 32 bits.
+_MOST_SECONDS = 2**31
 
-def _sample(transform: object, received: int) -> Sample:
-    if not isinstance(transform, Mapping):
-        raise _wrong('a transform', transform, 'an object')
-    parent, child = (_text(transform, name) for name in ('parent_frame_id', 'child_frame_id'))
-    translation = _part(transform, 'translation', {})
-    rotation = _part(transform, 'rotation', {'w': 1.0})
-    stamp = received
-    if transform.get('timestamp') is not None:
-        stamp = _stamp(_part(transform, 'timestamp', {}))
+
+def _sample(fields: _Fields, received: int) -> Sample:
+    parent, child = (_text(fields, name) for name in ('parent_frame_id', 'child_frame_id'))
+    if not parent and not child:
+        raise WireError('a transform names no frames')
+    translation = _part(fields, 'translation', 'xyz', {})
+    rotation = _part(fields, 'rotation', 'xyzw', {'w': 1.0})
+    timestamp = _part(fields, 'timestamp', (*_SECONDS, *_NANOSECONDS), None)
     x, y, z = (_number(translation, axis) for axis in 'xyz')
     qx, qy, qz, qw = (_number(rotation, axis) for axis in 'xyzw')
+    stamp = received if timestamp is None else _stamp(timestamp)
     return Sample(parent, child, stamp, (x, y, z, qx, qy, qz, qw))
 
 
-def _part(fields: _Fields, name: str, default: _Fields) -> _Fields:
+def _part(fields: _Fields, name: str, known: Collection[str], default: Any) -> Any:
+    """Return a part of a transform; the default if it is missing."""
     part = fields.get(name)
     if part is None:
         return default
-    if not isinstance(part, Mapping):
-        raise _wrong(name, part, 'an object')
+    if not isinstance(part, dict) or not part.keys() <= set(known):
+        raise _wrong(name, part, f'an object of {", ".join(known)}')
     return part
 
 
 def _text(fields: _Fields, name: str) -> str:
-    text = fields.get(name, '')
+    text = fields.get(name)
+    if text is None:
+        return ''
     if not isinstance(text, str):
         raise _wrong(name, text, 'text')
     return text
 
 
 def _number(fields: _Fields, name: str) -> float:
-    number = fields.get(name, 0.0)
+    number = fields.get(name)
+    if number is None:
+        return 0.0
     if isinstance(number, bool) or not isinstance(number, (int, float)):
         raise _wrong(name, number, 'a number')
     try:
@@ -174,13 +217,15 @@ def _number(fields: _Fields, name: str) -> float:
 
 def _stamp(timestamp: _Fields) -> int:
     seconds, nanoseconds = (_integer(timestamp, names) for names in (_SECONDS, _NANOSECONDS))
+    if not -_MOST_SECONDS <= seconds < _MOST_SECONDS:
+        raise _wrong('the seconds of a timestamp', seconds, 'from 1901 to 2038')
     if not 0 <= nanoseconds < NANOSECONDS_PER_SECOND:
         raise _wrong('the nanoseconds of a timestamp', nanoseconds, 'below a second')
     return seconds * NANOSECONDS_PER_SECOND + nanoseconds
 
 
 def _integer(fields: _Fields, names: Collection[str]) -> int:
-    number = next((fields[name] for name in names if name in fields), 0)
+    number = next((fields[name] for name in names if fields.get(name) is not None), 0)
     if isinstance(number, bool) or not isinstance(number, int):
         raise _wrong('a timestamp', number, 'in integers')
     return number

@@ -14,6 +14,7 @@ from pathlib import Path
 import zlib
 
 from rosbags.interfaces import MessageDefinition
+from tf_tree_py.core.stamp import FOREVER
 
 from .connections import Connection, RecordedMessage, ROS1, too_large, unpacked_limit
 from .rosbags_file import profiles_of, ros2_connection, UNREADABLE
@@ -22,6 +23,8 @@ from .unpacking import unpacked_part
 
 _MAGIC = b'\x89MCAP0\r\n'
 _HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 1, 2, 3, 4, 5, 6, 15
+# Times have 64 bits without a sign, those of this package a sign.
+_LAST = FOREVER - 1
 # The last record, and the magic bytes after it.
 _FOOTER_BYTES = 9 + 20 + len(_MAGIC)
 
@@ -89,6 +92,8 @@ class McapScan(RecordScan):
         try:
             while summary:
                 opcode = summary.number('B')
+                if not opcode:
+                    return  # not a record; gigabytes of zeros are not searched
                 self._describe(opcode, Bytes(summary.read(summary.number('Q'))))
         except Cut:  # the magic bytes, which are not a record
             return
@@ -157,7 +162,7 @@ class McapScan(RecordScan):
     def _message(self, content: Bytes) -> Iterator[RecordedMessage]:
         connection = self._channels.get(content.number('H'))
         content.read(4)  # a sequence number
-        received = content.number('Q')
+        received = min(content.number('Q'), _LAST)
         content.read(8)  # the time of publishing
         if connection is None:
             self._unknown_bytes += content.left

@@ -39,12 +39,11 @@ from rosbags.typesys import (
     TypesysError,
 )
 from tf_tree_py.core.errors import warn
-from tf_tree_py.core.stamp import format_stamp
+from tf_tree_py.core.stamp import FOREVER, format_stamp
 
 from .connections import (
     CDR,
     Connection,
-    known_encoding,
     RecordedMessage,
     ROS1,
     Scan,
@@ -165,8 +164,9 @@ class RosbagsFile:
         make = partial(tuple.__new__, RecordedMessage)
         try:
             for each, stamp, data in self._reader.messages(chosen, start, stop):
-                if type(data) is not bytes or type(stamp) is not int:
-                    raise ValueError('a row of a message is damaged')  # SQLite gives any type
+                # SQLite gives any type, and MCAP times beyond all others.
+                if type(data) is not bytes or type(stamp) is not int or stamp >= FOREVER:
+                    raise ValueError('a row of a message is damaged')
                 received = stamp
                 if data.startswith(_ZSTD):
                     data = _decompressed(data)
@@ -266,6 +266,6 @@ def ros2_connection(topic: str, type_name: str, profiles: Sequence[Qos],
     durabilities = {profile.durability for profile in profiles}
     return Connection(
         topic, type_name, durabilities == {QosDurability.TRANSIENT_LOCAL}, '',
-        known_encoding(encoding),
+        encoding or CDR,
         all(profile.reliability is not QosReliability.BEST_EFFORT for profile in profiles),
         QosDurability.VOLATILE in durabilities)

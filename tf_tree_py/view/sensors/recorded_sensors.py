@@ -49,7 +49,7 @@ class RecordedSensors(Sensors):
         self._read: dict[str, _Topic] = {}
         with Bag(path, []) as bag:
             self._types = {connection.topic: connection.type_name for connection in bag.everything
-                           if is_known(connection.type_name)}
+                           if is_known(connection.type_name) and connection.is_of_ros}
             text = _description_in(bag) if described is not None else None
         if text is not None and described is not None:
             described(text)
@@ -82,7 +82,8 @@ def _description_in(bag: Bag) -> str | None:
     """Return the last robot description in a bag."""
     text = None
     for each in bag.everything:
-        if each.topic.endswith('/robot_description') and each.type_name.endswith('String'):
+        if (each.topic.endswith('/robot_description') and each.type_name.endswith('String')
+                and each.is_of_ros):
             for message in bag.messages(each.topic):
                 text = _text_of(each, message.data) or text
     return text
