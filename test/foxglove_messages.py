@@ -100,7 +100,7 @@ HERE = [connection for encoding, connection in CONNECTIONS.items()
 
 def write_mcap(path, messages, profile='', name=TYPE, **options):
     """
-    Write a file with messages as a program beside Foxglove does; return it.
+    Write a file with messages as a program without ROS does; return it.
 
     :param messages: (received, topic, encoding, bytes) of each.
     """

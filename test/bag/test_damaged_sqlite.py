@@ -113,7 +113,7 @@ def test_value_of_another_type_costs_its_message_only(tmp_path, column, value):
     with Bag(file) as bag:
         given = [arrival.data for topic in ('/tf', '/tf_static')
                  for arrival in bag.messages(topic)]
-        assert len(bag.damage) == 1 and 'is damaged (a row of a message' in bag.damage[0]
+        assert len(bag.damage) == 1 and 'is damaged (a message is damaged)' in bag.damage[0]
     there = [as_cdr(message.transforms) for message in RUN]
     assert {*given} == {*there[:99], *there[100:]}
 

@@ -98,8 +98,9 @@ def _topic_of_joints(bag: Bag, topic: str | None) -> str:
     :param topic: the topic to check; None: the only topic of joint states.
     :raises BagError: there is none, there are several, or it has messages of another type.
     """
-    found = sorted({each.topic for each in bag.everything
-                    if each.type_name.replace('/msg/', '/') == _JOINT_STATES})
+    alike = [each for each in bag.everything if each.short_type == _JOINT_STATES]
+    found = sorted({each.topic for each in alike if each.is_of_ros}
+                   or {each.topic for each in alike})
     if topic is None and len(found) == 1:
         return found[0]
     if topic in found:

@@ -202,7 +202,8 @@ def seen_on_tf(tree: Tree, frame: str, fixed_in: str, known: dict[str, str]) -> 
 
 def _on_topic(recording: Recording, topic: str) -> list[Detection]:
     with Bag(recording.path, []) as bag:
-        topics = {connection.topic: connection.type_name for connection in bag.everything}
+        topics = {each.topic: each.type_name for each in sorted(
+            bag.everything, key=lambda each: each.is_of_ros)}
         if topic not in topics:
             there = [f'{name} ({type_name})' for name, type_name in sorted(topics.items())]
             raise CalibrationError(f'{recording.path} has no topic {topic}; it has: '

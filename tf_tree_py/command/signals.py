@@ -70,7 +70,7 @@ def _interrupt(*_: object) -> None:
 @contextmanager
 def deferred() -> Iterator[None]:
     """
-    Raise the exception of a first signal at the end of this block, for what must not be halved.
+    Raise the exception of a first signal at the end of this block, which must not end halfway.
 
     A second signal, a second later, is not deferred: the block may hang. Blocks are not nested.
     """

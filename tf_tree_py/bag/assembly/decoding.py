@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Decodes recorded bytes of ROS 2 and ROS 1 to transforms, one message or many together.
+Decodes recorded bytes of ROS 2, ROS 1 and Foxglove to transforms, one message or many together.
 
 The bytes of all messages of one layout are one array, in which numpy reads the numbers in place.
 Messages for which that is impossible are read one by one.

@@ -45,7 +45,7 @@ class Bag(Closable):
             that decodes its messages is missing.
         """
         self.path = Path(path)
-        self._is_chosen = topics is not None
+        self._topics = topics
         self._damage: list[str] = []
         self._storages = _open_all(self.path, self._damage)
         self.everything = list(dict.fromkeys(
@@ -59,10 +59,11 @@ class Bag(Closable):
 
     @property
     def unread(self) -> list[str]:
-        """Return which topics have transforms that cannot be read, one clause each."""
-        return [] if self._is_chosen else list(dict.fromkeys(
+        """Return which of the topics have transforms that cannot be read, one clause each."""
+        return list(dict.fromkeys(
             f'{each.topic} has {each.contents}, not in {" or ".join(each.readable_encodings)}'
-            for each in self.everything if each.readable_encodings and not each.has_transforms))
+            for each in self.everything if each.readable_encodings and not each.has_transforms
+            and (self._topics is None or each.topic in self._topics)))
 
     @property
     def damage(self) -> list[str]:
@@ -89,20 +90,22 @@ class Bag(Closable):
 
     def connections_of(self, topic: str) -> list[Connection]:
         """
-        Return the connections of one topic, of any type of ROS.
+        Return the connections of one topic, of any type, in an encoding of ROS.
 
-        :raises BagError: the bag does not have it, or only in an encoding that is not of ROS.
+        :raises BagError: the bag does not have it, or has it only in other encodings.
         """
         found = _of_topic(self.path, self.everything, topic)
         of_ros = [each for each in found if each.is_of_ros]
         if not of_ros:
-            raise BagError(f'{self.path}: {topic} has {found[0].contents}, which cannot be read')
+            what = ('of which only the transforms can be read' if found[0].has_transforms
+                    else 'which cannot be read')
+            raise BagError(f'{self.path}: {topic} has {found[0].contents}, {what}')
         return of_ros
 
     def messages(self, topic: str, start: int | None = None,
                  stop: int | None = None) -> Iterator[RecordedMessage]:
         """
-        Yield every message of one topic, of any type of ROS.
+        Yield every message of one topic, of any type, in an encoding of ROS.
 
         :param start: skip messages received before it, nanoseconds; None: read all.
         :param stop: skip messages received at it or later; None: read all.

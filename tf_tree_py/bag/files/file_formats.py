@@ -18,7 +18,7 @@ from .connections import Connection, RecordedMessage, Scan, Storage
 from .mcap_scan import McapScan
 from .ros1_scan import Ros1Scan
 from .rosbags_file import RosbagsFile, salvaged, UNREADABLE
-from .scanning import NOTHING_MISSING, OtherProfile, UNKNOWN_MISSING, WITHOUT_INDEX
+from .scanning import NOTHING_MISSING, NotOfRos2, UNKNOWN_MISSING, WITHOUT_INDEX
 from .sqlite_scan import SqliteScan
 from .unpacking import PlainFile
 
@@ -39,31 +39,38 @@ class SalvagedFile:
         self.counts: Counter[Connection] = Counter()
         begin, end = FOREVER, 0
         self._is_ordered = True
+        self._unordered: set[Connection] = set()
+        last: dict[Connection, int] = {}
         for arrival in first:
-            self.counts[arrival.connection] += 1
-            self._is_ordered = self._is_ordered and arrival.received + 1 >= end
-            begin, end = min(begin, arrival.received), max(end, arrival.received + 1)
+            received, connection = arrival.received, arrival.connection
+            self.counts[connection] += 1
+            self._is_ordered = self._is_ordered and received + 1 >= end
+            if received < last.get(connection, 0):
+                self._unordered.add(connection)
+            last[connection] = received
+            begin, end = min(begin, received), max(end, received + 1)
         self.span = begin, end
         self.definitions = first.definitions
-        received = '' if begin > end else (
+        when = '' if begin > end else (
             f', received from {format_stamp(begin)} to {format_stamp(end - 1)} s')
         # What could not be unpacked is more than an index.
         lost = (UNKNOWN_MISSING if file.fault is not None and first.lost == WITHOUT_INDEX
                 else first.lost)
         state = ('could not be opened as usual' if lost.startswith(NOTHING_MISSING)
                  else 'is not whole')
-        another = isinstance(why, OtherProfile)  # which is no fault
+        another = isinstance(why, NotOfRos2)  # which is no fault
         reason = '' if another else f' ({file.reason(why)})'
         self.damage = [] if another and first.lost == NOTHING_MISSING else [
             f'{file.name} {state}{reason}: {self.counts.total()} messages could be '
-            f'read{received}, {lost}']
+            f'read{when}, {lost}']
 
     def arrivals(self, connections: Collection[Connection], start: int | None,
                  stop: int | None) -> Iterator[RecordedMessage]:
         """Yield the messages of some of its connections, in order of arrival."""
         messages = salvaged(self._scan(self._file.path), connections, start, stop)
-        # Chunks, and messages in them, may have any order.
-        return messages if self._is_ordered else iter(
+        # The messages of a file may have any order. One topic that has gigabytes is rarely sorted.
+        alone = len(connections) == 1 and self._unordered.isdisjoint(connections)
+        return messages if self._is_ordered or alone else iter(
             sorted(messages, key=lambda arrival: arrival.received))
 
     def close(self) -> None:
@@ -89,7 +96,7 @@ def open_file(path: Path) -> Storage:
         if file.path.suffix == '.mcap':
             scanned = McapScan(file.path)
             scanned.check_sizes()
-            scanned.check_profile()
+            scanned.check_is_of_ros2()
         return RosbagsFile(file, scan)
     except UNREADABLE as error:
         try:

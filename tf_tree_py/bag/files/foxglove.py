@@ -42,7 +42,7 @@ _SHOWN, _SHOWN_OF_ERROR = 60, 150
 
 def check_decoders(path: Path, connections: Collection[Connection]) -> None:
     """
-    Check that the library can be imported that decodes protobuf, if some messages are in it.
+    Check that the library that decodes protobuf can be imported, if any messages need it.
 
     :param path: of the bag, for the error.
     :raises BagError: it is missing, or does not fit its own requirements.
@@ -116,7 +116,12 @@ def _from_protobuf(connection: Connection, data: bytes) -> Sequence[object]:
     except Exception as error:  # noqa: B902 - its implementations raise their own
         raise WireError(f'not protobuf of {connection.type_name}: '
                         f'{shorten(str(error), _SHOWN_OF_ERROR)}') from None
-    return [message] if _is_single(connection) else message.transforms
+    if _is_single(connection):
+        return [message]
+    if not message.transforms and len(_unknown_fields()(message)):
+        raise WireError(f'not protobuf of {connection.type_name}: it has only unknown fields')
+    transforms: Sequence[object] = message.transforms
+    return transforms
 
 
 def _from_ros(connection: Connection, data: bytes) -> Sequence[object]:
@@ -140,6 +145,12 @@ def _unknown_fields() -> Any:
 
 # --- the fields of a transform, by name
 
+_PARTS = ('translation', 'rotation')
+_NAMES = {'timestamp', 'parent_frame_id', 'child_frame_id', 'transform', *_PARTS}
+_SECONDS, _NANOSECONDS = ('sec', 'seconds'), ('nsec', 'nanosec', 'nanos')
+"""The names of the two numbers of a timestamp: in JSON, in ROS, and in protobuf."""
+
+
 def _fields(transform: Any) -> _Fields:
     if hasattr(transform, 'ListFields'):
         return {field.name: _plain(field.name, value) for field, value in transform.ListFields()}
@@ -147,8 +158,14 @@ def _fields(transform: Any) -> _Fields:
         return asdict(transform, dict_factory=_without_type)  # type: ignore[arg-type]
     if not isinstance(transform, dict):
         raise _wrong('a transform', transform, 'an object')
-    old = transform.get('transform')  # until 2022 it held the translation and the rotation
-    return {**old, **transform} if isinstance(old, dict) else transform
+    fields = {name: value for name, value in transform.items() if value is not None}
+    old = _part(fields, 'transform', ('timestamp', *_PARTS), {})  # as it was until 2022
+    fields = {**old, **fields}
+    unknown = [name for name in fields if name not in _NAMES]
+    if unknown and not any(name in fields for name in _PARTS):
+        raise WireError(f'a transform has {shorten(", ".join(unknown), _SHOWN)}, and neither a '
+                        'translation nor a rotation')
+    return fields
 
 
 def _without_type(items: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -163,9 +180,6 @@ def _plain(name: str, value: Any) -> object:
         raise WireError(f'{name} has fields that are not in its schema, such as those of 2022')
     return {field.name: number for field, number in value.ListFields()}
 
-
-_SECONDS, _NANOSECONDS = ('sec', 'seconds'), ('nsec', 'nanosec', 'nanos')
-"""The names of the two numbers of a timestamp: in JSON, in ROS, and in protobuf."""
 
 # The seconds of a message of ROS have 32 bits.
 _MOST_SECONDS = 2**31
@@ -232,4 +246,8 @@ def _integer(fields: _Fields, names: Collection[str]) -> int:
 
 
 def _wrong(what: str, value: object, expected: str) -> WireError:
-    return WireError(f'{what} is {shorten(repr(value), _SHOWN)}, not {expected}')
+    try:
+        shown = shorten(repr(value), _SHOWN)
+    except RecursionError:  # it is nested nearly as deep as the parser allows
+        shown = 'deeply nested'
+    return WireError(f'{what} is {shown}, not {expected}')

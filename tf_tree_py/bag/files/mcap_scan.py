@@ -18,7 +18,7 @@ from tf_tree_py.core.stamp import FOREVER
 
 from .connections import Connection, RecordedMessage, ROS1, too_large, unpacked_limit
 from .rosbags_file import profiles_of, ros2_connection, UNREADABLE
-from .scanning import Bytes, Cut, definition, OtherProfile, RecordScan, ros1_type
+from .scanning import Bytes, Cut, definition, NotOfRos2, RecordScan, ros1_type
 from .unpacking import unpacked_part
 
 _MAGIC = b'\x89MCAP0\r\n'
@@ -62,11 +62,11 @@ class McapScan(RecordScan):
         except Cut:
             return
 
-    def check_profile(self) -> None:
+    def check_is_of_ros2(self) -> None:
         """
-        Check that the profile is that of ROS 2, and that all topics are, as far as that is known.
+        Check that the file is of ROS 2: its profile, and the encodings of the known topics.
 
-        :raises OtherProfile: the profile is another one, such as that of a converted ROS 1 bag, or
+        :raises NotOfRos2: the profile is another one, such as that of a converted ROS 1 bag, or
             none; or a topic is in another encoding, because of which rosbags refuses the file.
         """
         file = self._file()
@@ -76,11 +76,11 @@ class McapScan(RecordScan):
         except Cut:
             return
         if opcode == _HEADER and profile != 'ros2':
-            raise OtherProfile(f"its profile is {profile!r}, not 'ros2'")
+            raise NotOfRos2(f"its profile is {profile!r}, not 'ros2'")
         self._read_summary()
         for connection in self._channels.values():
             if not connection.is_of_ros:
-                raise OtherProfile(f'{connection.topic} is in {connection.encoding}')
+                raise NotOfRos2(f'{connection.topic} is in {connection.encoding}')
 
     def _read_summary(self) -> None:
         footer = Bytes(self._data[-_FOOTER_BYTES:])

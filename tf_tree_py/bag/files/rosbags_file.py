@@ -164,9 +164,9 @@ class RosbagsFile:
         make = partial(tuple.__new__, RecordedMessage)
         try:
             for each, stamp, data in self._reader.messages(chosen, start, stop):
-                # SQLite gives any type, and MCAP times beyond all others.
+                # SQLite returns any type, and times of MCAP may exceed 63 bits.
                 if type(data) is not bytes or type(stamp) is not int or stamp >= FOREVER:
-                    raise ValueError('a row of a message is damaged')
+                    raise ValueError('a message is damaged')
                 received = stamp
                 if data.startswith(_ZSTD):
                     data = _decompressed(data)

@@ -63,7 +63,7 @@ def ros1_type(name: str) -> str:
     return f'{package.removesuffix("/msg")}/msg/{message}'
 
 
-class OtherProfile(ValueError):
+class NotOfRos2(ValueError):
     """An MCAP file is not of ROS 2, so rosbags refuses it; this is no damage: a scan reads it."""
 
 

@@ -141,7 +141,7 @@ class WireReader:
 
 
 def malformed(error: WireError, authority: str) -> Incident:
-    """Return the incident of bytes that are not a TFMessage."""
+    """Return the incident of bytes that cannot be decoded."""
     return Incident(Kind.MALFORMED, '', '', LATEST, authority, str(error))
 
 
