@@ -76,32 +76,18 @@ sys.exit(endings.run('tool', work))
 """) == (130, 'whole\nclean-up\nthe end\n')
 
 
-def test_signal_after_such_a_block_interrupts_at_once():
-    assert run("""
+@pytest.mark.parametrize(('inside', 'after'), [('pass', 'interrupt()'), ('interrupt()', 'pass')])
+def test_signal_in_such_a_block_that_fails_or_after_it_is_not_lost(inside, after):
+    assert run(f"""
 def work(_):
     signals.raise_interrupts()
     try:
         with signals.deferred():
+            {inside}
             raise ValueError
     except ValueError:
         pass
-    interrupt()
-    print('continued')
-
-sys.exit(endings.run('tool', work))
-""") == (130, '')
-
-
-def test_signal_in_such_a_block_that_fails_is_not_lost():
-    assert run("""
-def work(_):
-    signals.raise_interrupts()
-    try:
-        with signals.deferred():
-            interrupt()
-            raise ValueError
-    except ValueError:
-        pass
+    {after}
     print('continued')
 
 sys.exit(endings.run('tool', work))

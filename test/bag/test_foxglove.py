@@ -243,19 +243,19 @@ def test_decoder_for_a_newer_protobuf_is_one_sentence(tmp_path):
         'from google.protobuf.runtime_version import Domain, ValidateProtobufRuntimeVersion\n'
         "ValidateProtobufRuntimeVersion(Domain.PUBLIC, 999, 0, 0, '', 'any.proto')\n")
     folders = os.pathsep.join([str(tmp_path), *sys.path])
-    told = opened_after('', path, PYTHONPATH=folders)
-    assert 'Detected' in told and told.endswith("'protobuf>=5.29.6'\n")
+    printed = opened_after('', path, PYTHONPATH=folders)
+    assert 'Detected' in printed and printed.endswith("'protobuf>=5.29.6'\n")
 
 
 def test_other_definitions_of_the_same_types_are_no_reason_to_install_anything(tmp_path):
     pytest.importorskip('foxglove_schemas_protobuf')
     path = write_run(tmp_path / 'run', [RUN[10]], 'protobuf')
-    told = opened_after("""
+    printed = opened_after("""
 from google.protobuf import descriptor_pb2, descriptor_pool
 descriptor_pool.Default().Add(descriptor_pb2.FileDescriptorProto(
     name='foxglove/FrameTransform.proto', package='other'))
 """, path)
-    assert 'needs foxglove-schemas-protobuf (' in told and 'pip' not in told
+    assert 'needs foxglove-schemas-protobuf (' in printed and 'pip' not in printed
 
 
 # --- messages
