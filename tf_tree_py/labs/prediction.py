@@ -121,8 +121,8 @@ def run() -> Report:
         law='the newest pose is off by v dt, a prediction by a dt (dt + 0.1 s)/2, for its twist '
             f'is the mean of the last 0.1 s (fitted: a = {acceleration:.2f} m/s^2): at 0.1 s '
             f'{tenth.latest * 100.0:.1f} cm against {tenth.predicted * 100.0:.2f} cm. The '
-            'covariance is that of the errors of earlier predictions, and of the accelerations '
-            f'that are possible; its 95 % contained {inside * 100.0:.0f} % of the errors.',
+            'covariance is that of the errors of earlier predictions, and at least that of a '
+            f'stop; its 95 % contained {inside * 100.0:.0f} % of the errors.',
         remarks=[f'Beyond the horizon there is no answer: {_beyond_the_horizon()}',
                  'A first start, a first turn, and a first brake to rest in less than half a '
                  'second are not covered, unless the limit is given: '

@@ -3,7 +3,7 @@
 
 """Predictions of edges that accelerate, brake and turn: their errors are in the covariance."""
 
-from math import sqrt
+from math import inf, sqrt
 
 from inputs import for_each
 import numpy as np
@@ -86,20 +86,6 @@ def test_start_is_covered_if_its_limit_is_given(ahead):
     assert worst(drive, 4 * SECOND, 6 * SECOND, ahead, acceleration=limits) < INSIDE
 
 
-@for_each(ahead=[50 * MS, 200 * MS])
-def test_hardest_brake_is_remembered_as_long_as_its_samples_are_kept(ahead):
-    """It brakes in a third of a second, and 25 s later again."""
-    drive = Drive((0.0, 1.0), (5.0, 0.0), (6.0, 1.0), (30.0, 0.0), acceleration=3.0)
-    assert worst(drive, 29 * SECOND, 31 * SECOND, ahead) < INSIDE
-    assert worst(drive, 29 * SECOND, 31 * SECOND, ahead, cache_time=20 * SECOND) > INSIDE
-
-
-@for_each(ahead=[50 * MS, 200 * MS])
-def test_start_is_covered_after_an_earlier_one(ahead):
-    drive = Drive((0.0, 0.0), (3.0, 1.0), (5.0, 0.0), (8.0, 1.0), acceleration=2.0)
-    assert worst(drive, 7 * SECOND, 9 * SECOND, ahead) < INSIDE
-
-
 def test_noise_free_samples_are_not_certain():
     """It may stop within half a second: 2 m/s^2, from a twist that is 0.05 s old."""
     buffer = BufferCore()
@@ -145,7 +131,7 @@ def test_errors_are_those_of_an_edge_that_accelerates(axis, ahead, measured):
     off = np.array(screws.log(se3.compose(
         se3.inverse(integrated(assumed, ahead)), integrated(true, ahead))))
     bounds = sqrt(3.0) * np.array(deviations(
-        tuple(twist), limits, False, lag, ahead, measured * ahead))
+        tuple(twist), limits, inf, lag, ahead, measured * ahead))
     # The bounds are those of the first order.
     assert (np.abs(off) <= 1.1 * bounds + 0.05 * bounds.max() + 1e-12).all()
     if axis < 3 or measured < 1.0:
@@ -167,27 +153,6 @@ def test_point_far_away_is_covered_and_not_by_much_more_than_needed(ahead):
     assert np.abs(ratios).max() < INSIDE and sqrt(np.mean(np.square(ratios))) > 0.5
 
 
-def test_robot_that_has_turned_is_covered_when_it_turns_again():
-    """Its yaw rate changes at 2 rad/s^2 to 1 rad/s, while it drives at 1 m/s."""
-    yaw = Drive((0.0, 0.0), (3.0, 1.0), (5.0, 0.0), (9.0, -1.0), acceleration=2.0)
-    buffer, poses = BufferCore(), [se3.IDENTITY]
-    for step in range(1100):
-        rate = yaw.at(0.01 * step + 0.005)[1]
-        poses.append(se3.compose(poses[-1], screws.exp((0.01, 0.0, 0.0, 0.0, 0.0, 0.01 * rate))))
-    for step in range(1000):
-        buffer.insert('odom', 'base', step * 10 * MS, Pose._make(poses[step]))
-        if step <= 860:
-            continue
-        for ahead in (5, 20, 50):
-            found = buffer.predict('odom', 'base', (step + ahead) * 10 * MS, SECOND)
-            off = screws.log(se3.compose(se3.inverse(found.pose), poses[step + ahead]))
-            across = np.array(so3.rotate(found.pose[3:], (0.0, 1.0, 0.0)))
-            assert abs(off[5]) < INSIDE * sqrt(found.covariance[5, 5])
-            assert abs(off[1]) < INSIDE * sqrt(across @ found.covariance[:3, :3] @ across)
-            # It never left the floor.
-            assert np.abs(found.covariance[2:5]).max() < 1e-12
-
-
 # --- what is learnt
 
 def excess(buffer, stamp):
@@ -197,67 +162,12 @@ def excess(buffer, stamp):
     return sqrt(known.covariance[0, 0] - steady.covariance[0, 0])
 
 
-def test_noise_is_not_taken_for_accelerations():
-    """Second differences of the noise are 7 m/s^2, and those of four samples in a row are not."""
-    rng, buffer = np.random.default_rng(5), BufferCore()
-    for stamp in range(0, 9 * SECOND + 1, 10 * MS):
-        buffer.insert('odom', 'base', stamp, Pose(x=rng.normal(scale=0.01)))
-    assert excess(buffer, 9200 * MS) < 2.5 * (0.04 + 0.02) / 2 / sqrt(3)
-    assert buffer.predict('odom', 'base', 9200 * MS, SECOND).covariance[0, 0] < 0.05**2
-
-
-def test_jumps_are_not_taken_for_accelerations():
-    buffer = BufferCore()
-    for stamp in range(0, 9 * SECOND + 1, 10 * MS):
-        buffer.insert('odom', 'base', stamp, Pose(x=0.05 * (stamp // (1370 * MS))))
-    assert excess(buffer, 9200 * MS) < 1e-9
-
-
-def test_last_of_several_samples_with_one_stamp_counts():
-    once, twice = BufferCore(), BufferCore()
-    for stamp in range(0, 9 * SECOND + 1, 50 * MS):
-        pose = turning(stamp / SECOND) @ Pose(x=stamp / SECOND)
-        once.insert('odom', 'base', stamp, pose)
-        for each in (Pose(x=0.01 * (stamp // SECOND)**2), pose):
-            twice.insert('odom', 'base', stamp, each)
-    assert excess(twice, 9200 * MS) == pytest.approx(excess(once, 9200 * MS), rel=1e-9)
-
-
-def test_gap_in_the_samples_is_not_taken_for_an_acceleration():
-    """A gentle start, of which the samples of a whole second are missing: 0.6 m/s^2."""
-    buffer, drive = BufferCore(), Drive((0.0, 0.0), (3.0, 0.6), (6.0, 0.0), acceleration=0.6)
-    for stamp in range(0, 9 * SECOND + 1, 10 * MS):
-        if not 2950 * MS < stamp < 4050 * MS:
-            buffer.insert('odom', 'base', stamp, drive(stamp))
-    # Half a second to stop is more.
-    assert excess(buffer, 9200 * MS) == pytest.approx(1.2 * (0.04 + 0.02) / 2 / sqrt(3), rel=0.01)
-
-
-@for_each(period=[10 * MS, 40 * MS, 100 * MS, 200 * MS],
-          begin=range(3000 * MS, 3200 * MS, 20 * MS))
-def test_short_acceleration_is_learnt_in_part(period, begin):
-    """It turns around at 4 m/s^2, at speeds from which it may stop more gently."""
-    def place(stamp, lasting):
-        since = max(stamp - begin, 0) / SECOND
-        first = min(since, lasting)
-        return -2.0 * lasting * stamp / SECOND + 2.0 * first**2 + 4.0 * lasting * (since - first)
-
-    shares = []
-    for lasting in (0.2, 0.4) if period < 200 * MS else (0.4, 0.8):
-        buffer = BufferCore()
-        for stamp in range(0, 6 * SECOND + 1, period):
-            buffer.insert('odom', 'base', stamp, Pose(x=place(stamp, lasting)))
-        shares.append(excess(buffer, 6200 * MS) / (
-            4.0 * (0.04 + 0.2 * max(0.1, period / SECOND)) / 2 / sqrt(3)))
-    assert 0.49 < shares[0] < 0.95 and shares[1] == pytest.approx(1.0)
-
-
 def test_mean_twist_of_slow_samples_is_older():
-    """It is the mean of the last second, so the error is a (h^2 + 1 s h) / 2."""
+    """It is the mean of the last second, in which the edge may have stopped."""
     buffer = BufferCore()
     for second in range(9):
         buffer.insert('odom', 'base', second * SECOND, Pose(x=second))
-    assert excess(buffer, 8500 * MS) == pytest.approx(2.0 * (0.25 + 0.5) / 2 / sqrt(3))
+    assert excess(buffer, 8500 * MS) == pytest.approx(0.5 / sqrt(3))
 
 
 def test_curve_may_stop_too():

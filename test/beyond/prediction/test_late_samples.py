@@ -3,12 +3,10 @@
 
 """What predictions learnt depends on the samples, also if these arrive late."""
 
-from counting import calls
 from inputs import for_each
 import numpy as np
 import pytest
 from tf_tree_py import BufferCore, screws
-from tf_tree_py.beyond.prediction.trials import forecast
 from tf_tree_py.core import Pose
 from turning_robot import aided, MS, SECOND, turning
 
@@ -47,33 +45,33 @@ def test_late_samples_change_what_was_learnt(step, many):
 
 
 def work(buffer, asked):
-    """Return how many predictions of the past are made, and of how many steps accelerations."""
-    steps, log_many = [], screws.log_many
+    """Return how many predictions of the past are compared."""
+    compared, exp_many = [], screws.exp_many
 
-    def noted(poses):
-        steps.append(len(poses))
-        return log_many(poses)
+    def noted(twists):
+        compared.append(len(twists))
+        return exp_many(twists)
 
-    with calls() as of, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(screws, 'log_many', noted)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(screws, 'exp_many', noted)
         buffer.predict(*asked)
-        return of(forecast) - 1, sum(steps)
+    return sum(compared)
 
 
 @for_each(lateness=[50 * MS, 5 * SECOND])
 def test_late_sample_costs_no_more_than_it_changes(lateness):
-    """What was learnt from before the sample is kept: predictions, and accelerations."""
+    """What was learnt from before the sample is kept."""
     buffer, newest = BufferCore(cache_time=100 * SECOND), 60 * SECOND
     for stamp in range(0, newest + 1, 10 * MS):
         buffer.insert('odom', 'base', stamp, turning(stamp / SECOND))
     asked = 'odom', 'base', newest + 100 * MS, SECOND
-    first, steps_at_first = work(buffer, asked)
+    first = work(buffer, asked)
     late = newest - lateness + 5 * MS
     buffer.insert('odom', 'base', late, turning(late / SECOND))
-    again, steps_again = work(buffer, asked)
-    assert first >= 32 and again <= (12 if lateness < SECOND else 0.8 * first)
-    assert steps_at_first > 500 and bool(steps_again) == (lateness > SECOND)
-    assert steps_again < 100
+    again = work(buffer, asked)
+    # For each of two rungs, 16 in each cell.
+    assert first > 900 and again <= (4 * 16 if lateness < SECOND else 0.6 * first)
+    assert work(buffer, asked) == 0
 
 
 def test_late_sample_with_another_parent_ends_what_counts():
@@ -161,3 +159,20 @@ def test_late_pose_in_a_gap_changes_an_error_before_the_pose_before_it():
     expected = buffer.snapshot().predict(*asked).covariance[5, 5]
     assert buffer.predict(*asked).covariance[5, 5] == pytest.approx(expected, rel=1e-9)
     assert before != pytest.approx(expected, rel=1e-6)
+
+
+@for_each(seed=range(4), period=[20 * MS, 100 * MS])
+def test_ugly_samples_do_not_change_what_was_learnt(seed, period):
+    """Gaps, late samples and equal stamps, in a buffer that keeps more than what counts."""
+    rng, buffer, stamp = np.random.default_rng(seed), BufferCore(cache_time=40 * SECOND), 0
+    for number in range(300):
+        stamp += int(period * rng.choice([0, 0.01, 1, 1, 1, 1, 5]))
+        late = int(period * rng.integers(0, 6)) if rng.random() < 0.08 else 0
+        buffer.insert('odom', 'base', stamp - late, Pose.from_xyz_rpy(
+            x=rng.normal(scale=0.01), yaw=0.3 * np.sin(stamp / SECOND)))
+        if number > 20 and rng.random() < 0.2:
+            for ahead in (0, period // 7, 3 * period):
+                asked = 'odom', 'base', stamp + ahead, 9 * SECOND
+                fresh = buffer.snapshot().predict(*asked).covariance
+                np.testing.assert_allclose(
+                    buffer.predict(*asked).covariance, fresh, rtol=1e-8, atol=1e-18)

@@ -35,7 +35,7 @@ from tf_tree_py.many_stamps import ManyStampSnapshot
 
 from .ages import check_ages, checked_max_age, held_back, newest_stamp_of
 from ..uncertainty.queries import UncertainQueries
-from ..uncertainty.uncertain import EdgeErrors, errors_at, Uncertain
+from ..uncertainty.uncertain import EdgeErrors, errors_at
 
 # Stands for the limit of a buffer.
 _OWN = -1
@@ -192,22 +192,16 @@ class FreshQueries(UncertainQueries):
     # --- with covariances
 
     def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
-                         independent: bool = False,
+                         independent: bool = False, learnt_noise: bool = False,
                          max_age: SupportsIndex | None = None) -> tuple[Pose, Array]:
         """
         Return ``target_T_source`` and its covariance; see ``UncertainQueries``.
 
         :param max_age: how old the latest may be; see ``lookup``.
         """
-        found = self._lookup_uncertain(target_frame, source_frame, stamp, independent, max_age)
+        found = self._lookup_uncertain(
+            target_frame, source_frame, stamp, independent, learnt_noise, max_age)
         return Pose._make(found.pose), found.covariance
-
-    def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp,
-                          independent: bool,
-                          max_age: SupportsIndex | None = None) -> Uncertain:
-        found, pose, errors = self._errors_at(
-            target_frame, source_frame, stamp, independent, max_age)
-        return Uncertain(found, pose, errors.total(pose[:3]))
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp, independent: bool,
                    max_age: SupportsIndex | None = None) -> tuple[int, PoseTuple, EdgeErrors]:

@@ -2,44 +2,34 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What the samples of an edge show about the errors of its predictions, which is cached.
+The covariance of a prediction's errors.
 
-It has two parts: the errors of earlier predictions, and the largest accelerations. A prediction
-keeps the twist, so it is wrong as soon as the edge accelerates, which it may do at any time.
-Without a given limit, the largest acceleration so far is assumed to be possible, and that the edge
-may stop within half a second.
+It is that of earlier predictions (``trials``). But these show only what the edge has done
+lately, and it may stop at any time. So the deviation along and about each axis is at least that of
+an edge that stops within half a second, or accelerates up to a given limit.
 """
 
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 import math
 
 import numpy as np
 from tf_tree_py import screws
-from tf_tree_py.core.edges.packed import POSE_FLOATS
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import (
-    BEGINNING,
-    FOREVER,
-    from_seconds,
-    mean_interval,
-    NANOSECONDS_PER_SECOND,
-)
-from tf_tree_py.core.times import Indices, Stamps
-from tf_tree_py.core.tree.companions import Companion
+from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.screws import Twist
 
-from .trials import check_size, LATELY, Packed, Start, Trials, TWIST_OVER, unchanged_until
-from ..uncertainty.covariances import DIAGONAL
+from .forecast import motion, Start, start_at, TWIST_OVER
+from .trials import check_size, Trials
+from ..uncertainty.covariances import DIAGONAL, pack
+from ..uncertainty.learning import Span
 
 Limits = Sequence[float]
 """The largest acceleration along x, y, z (m/s^2) and about them (rad/s^2), in the child's axes."""
 
 # An edge may stop within half a second.
-_TO_STOP = 1.0 / 0.5
+_STOPS_S = 0.5
 # The deviation of a uniform distribution, relative to its limit.
 _UNIFORM = 1.0 / math.sqrt(3.0)
 
@@ -65,9 +55,9 @@ def checked_limits(given: Mapping[str, Limits] | None) -> dict[str, Limits]:
     return limits
 
 
-# --- the errors
+# --- the errors of an edge that accelerates
 
-def deviations(twist: Twist, limits: Limits, may_stop: bool, lag: float, ahead: float,
+def deviations(twist: Twist, limits: Limits, lasts: float, lag: float, ahead: float,
                measured: float) -> Limits:
     """
     Return the standard deviations of a prediction whose edge may accelerate up to limits.
@@ -79,7 +69,7 @@ def deviations(twist: Twist, limits: Limits, may_stop: bool, lag: float, ahead: 
     100:2008, "Guide to the Expression of Uncertainty in Measurement", 4.3.7.
 
     :param twist: per second, in the child's axes; ``limits`` likewise.
-    :param may_stop: whether each limit is at least the acceleration that stops the edge soon.
+    :param lasts: after this time it accelerates no more, seconds.
     :param lag: the time of which the twist is the mean, seconds.
     :param ahead: the time of the prediction, seconds; ``measured``: how much of it a gyroscope
         measured.
@@ -87,13 +77,10 @@ def deviations(twist: Twist, limits: Limits, may_stop: bool, lag: float, ahead: 
     """
     vx, vy, vz, wx, wy, wz = map(abs, twist)
     ax, ay, az, bx, by, bz = limits
-    if may_stop:
-        ax, ay, az = max(ax, _TO_STOP * vx), max(ay, _TO_STOP * vy), max(az, _TO_STOP * vz)
-        bx, by, bz = max(bx, _TO_STOP * wx), max(by, _TO_STOP * wy), max(bz, _TO_STOP * wz)
-    once, twice = _integrals(ahead, lag)
+    once, twice = _integrals(ahead, lag, lasts)
     turned, turned_twice = once, twice
     if measured:
-        known, known_twice = _integrals(measured, lag)
+        known, known_twice = _integrals(measured, lag, lasts)
         turned -= known
         turned_twice -= known_twice + known * (ahead - measured)
     return (
@@ -105,233 +92,74 @@ def deviations(twist: Twist, limits: Limits, may_stop: bool, lag: float, ahead: 
         turned * bz + turned_twice * (wx * by + wy * bx))
 
 
-def _integrals(time: float, lag: float) -> tuple[float, float]:
-    """Return the deviation's factors: the integral of t + lag / 2, and the integral of that."""
-    scaled = _UNIFORM * time
-    return scaled * (time + lag) / 2.0, scaled * time * (2.0 * time + 3.0 * lag) / 12.0
-
-
-# --- learning
-
-# The twist is measured from the first sample in a cell to the first in the next. Whole blocks of
-# cells are learnt at once, because numpy takes as long for one cell.
-_CELL = from_seconds(0.1)
-_BLOCK = 10 * _CELL
-# An acceleration lasts if it is seen in two successive differences of twists. Four samples show
-# that, the last of them in one of the next blocks.
-_SAMPLES = 4
-# Two successive twists that are closer in time only show the noise.
-_SHORTEST_S = 0.05
-
-
-class LearntLimits:
+def _integrals(time: float, lag: float, lasts: float) -> tuple[float, float]:
     """
-    The largest accelerations that lasted, by block of time, which may be cached.
+    Return the factors of the deviations: the integral of t + lag / 2, and the integral of that.
 
-    They depend only on the samples, not on the times of the calls.
+    :param lasts: the last t; it remains the same then.
     """
-
-    __slots__ = ('_blocks', '_next', '_used', '_span', '_largest')
-
-    def __init__(self) -> None:
-        self._blocks: dict[int, Array] = {}
-        # The first block that is not known yet, the end of the samples that those before it
-        # depend on, and the last span of stamps.
-        self._next: int | None = None
-        self._used = BEGINNING
-        self._span: tuple[int, int] | None = None
-        # None: unknown.
-        self._largest: Limits | None = None
-
-    def largest(self, history: MovingHistory, oldest: int, newest: int) -> Limits:
-        """
-        Return the largest accelerations in all whole blocks.
-
-        :param oldest: the oldest sample with the present parent; ``newest``: the newest.
-        """
-        if (oldest, newest) != self._span:
-            self._span = oldest, newest
-            self._renew(history, oldest, newest)
-        if self._largest is None:
-            self._largest = np.max([*self._blocks.values(), np.zeros(6)], axis=0).tolist()
-        return self._largest
-
-    def _renew(self, history: MovingHistory, oldest: int, newest: int) -> None:
-        """Remove the blocks that have expired, and learn those that are new."""
-        first = -(-oldest // _BLOCK)
-        while self._blocks and (expired := next(iter(self._blocks))) < first:
-            del self._blocks[expired]
-            self._largest = None
-        begin = first if self._next is None else max(self._next, first)
-        if newest >= (begin + 1) * _BLOCK + _SAMPLES * _CELL:
-            self._learn(history, begin, newest)
-
-    def forget(self, late: int) -> None:
-        """Forget all blocks that depend on a sample, which was inserted before the newest one."""
-        self._span = None
-        if late >= self._used:
-            return
-        known = [*self._blocks]
-        # A block contains the first of four cells with samples.
-        first = max(bisect_left(known, late // _BLOCK) - (_SAMPLES - 1), 0)
-        for block in known[first:]:
-            del self._blocks[block]
-        self._next = None if first == 0 else known[first]
-        self._used, self._largest = late, None
-
-    def _learn(self, history: MovingHistory, first: int, newest: int) -> None:
-        """Add all blocks that no later sample changes."""
-        times, poses = _one_in_each_cell(history, first * _BLOCK, newest)
-        if len(times) < _SAMPLES:
-            return
-        rows = _lasting_limits(times, poses)
-        blocks = times // _BLOCK
-        end = int(min(blocks[len(rows)], (newest - _SAMPLES * _CELL) // _BLOCK))
-        blocks = blocks[:len(rows)]
-        known = blocks.searchsorted(end)
-        if known:
-            starts = _changes(blocks[:known])
-            self._blocks.update(zip(blocks[starts].tolist(), np.maximum.reduceat(
-                rows[:known], starts), strict=True))
-            self._largest = None
-            self._used = int(times[known + _SAMPLES - 2]) + 1
-        self._next = max(first, end)
-        self._used = max(self._used, self._next * _BLOCK)
-
-
-def _one_in_each_cell(history: MovingHistory, begin: int, end: int) -> tuple[Stamps, Array]:
-    """Return the first stamp in each cell with samples, and the poses (n, 7)."""
-    if not history.takes_samples:
-        # Curves have no samples, but have a pose at every stamp.
-        times = np.arange(begin, end, _CELL)
-        return times, np.moveaxis(history.track(begin, end).at(times), 0, -1)
-    # Without a copy of all samples, which takes much longer than the rest if these are many.
-    columns = history.columns()
-    first, last = (bisect_left(columns.stamps, stamp) for stamp in (begin, end))
-    stamps = np.asarray(columns.stamps[first:last])
-    times = stamps[_changes(stamps // _CELL)]
-    # Of several samples with one stamp, the last counts.
-    newest = first + stamps.searchsorted(times, side='right') - 1
-    return times, np.asarray(columns.poses).reshape(-1, POSE_FLOATS)[newest]
-
-
-def _changes(values: Stamps) -> Indices:
-    """Return the indices of the first value, and of those that differ from the one before."""
-    return np.flatnonzero(np.append(True, values[1:] != values[:-1])[:len(values)])
-
-
-def _lasting_limits(times: Stamps, poses: Array) -> Array:
-    """
-    Return the limits that each four successive poses show, (n - 3, 6).
-
-    Noise and jumps show no lasting acceleration: the next one has the opposite sign.
-
-    :param times: (n,), n > 3; ``poses``: (n, 7).
-    """
-    seconds = np.diff(times) / NANOSECONDS_PER_SECOND
-    twists = screws.log_many(se3.compose_many(
-        se3.inverse_many(poses[:-1]), poses[1:])) / seconds[:, None]
-    apart = np.maximum(0.5 * (seconds[1:] + seconds[:-1]), _SHORTEST_S)
-    accelerations = np.diff(twists, axis=0) / apart[:, None]
-    return np.maximum(_lasting(accelerations), _TO_STOP * _lasting(twists)[:-1])
-
-
-def _lasting(values: Array) -> Array:
-    """Return the size of the smaller of two successive values, zero if their signs differ."""
-    first, second = values[:-1], values[1:]
-    return np.where((first > 0.0) == (second > 0.0),
-                    np.minimum(np.abs(first), np.abs(second)), 0.0)
+    end, rest = min(time, lasts), max(time - lasts, 0.0)
+    once, speed = end * (end + lag) / 2.0, end + lag / 2.0
+    twice = end * end * (2.0 * end + 3.0 * lag) / 12.0
+    return (_UNIFORM * (once + speed * rest),
+            _UNIFORM * (twice + once * rest + speed * rest * rest / 2.0))
 
 
 # --- the past of an edge
 
-_DIAGONAL: tuple[int, ...] = tuple(DIAGONAL.tolist())
-
-
-class PastCache(Companion):
-    """
-    The cached past of edges.
-
-    :ivar by_child: that of each edge that was predicted, by its child frame.
-    """
-
-    def __init__(self) -> None:
-        self.by_child: dict[str, Past] = {}
-
-    def structure_changed(self) -> None:
-        """
-        Remove all: a prediction is made from samples with the newest parent.
-
-        A late sample of an edge that has had other parents changes the structure, too.
-        """
-        self.by_child.clear()
-
-    def of(self, history: MovingHistory) -> 'Past':
-        """Return the past of an edge; that of a curve, which may be replaced, is new."""
-        if not history.takes_samples:
-            return Past(history)
-        known = self.by_child.get(history.child)
-        if known is None:
-            known = self.by_child[history.child] = Past(history)
-        elif history.late != FOREVER:
-            known.forget(history, history.late)
-        history.late = FOREVER
-        return known
-
-
 class Past:
-    """
-    The earlier predictions of one edge, and its accelerations.
+    """The earlier predictions of one edge; a learner of ``uncertainty.learning``."""
 
-    It depends only on the samples, not on the times of the calls.
-    """
-
-    __slots__ = ('_since', '_trials', '_limits')
+    __slots__ = ('_trials',)
 
     def __init__(self, history: MovingHistory) -> None:
-        self._since = _begin(history)
         self._trials = Trials()
-        self._limits = LearntLimits()
 
     def forget(self, history: MovingHistory, late: int) -> None:
-        """Forget all that a sample that was inserted before the newest one may have changed."""
-        self._limits.forget(late)
-        self._trials.forget(unchanged_until(history, late))
+        """Forget all that a sample may have changed, which was inserted before the newest one."""
+        self._trials.forget(history, late)
 
-    def covariance(self, history: MovingHistory, start: Start, ahead: int, until: int,
-                   given: Limits | None) -> Packed:
+    def errors(self, history: MovingHistory, span: Span, start: Start, ahead: int, until: int,
+               given: Limits | None, noise: Array, own: float) -> list[float]:
         """
-        Return the covariance of a prediction's errors, in the axes of the predicted pose.
+        Return the covariance of a prediction's errors, packed, in the axes of the predicted pose.
 
-        The variances of both parts are added: noise does not prevent an edge from accelerating.
+        If there are too few earlier predictions, the error is assumed to be as large as the
+        predicted motion, because the edge may have stopped.
 
+        :param span: the time that counts.
         :param start: at the newest sample.
         :param ahead: nanoseconds.
         :param until: the stamp up to which the edge's gyroscope is followed.
-        :param given: the largest accelerations; None: learnt.
+        :param given: the largest accelerations; None: it may stop.
+        :param noise: of a sample (6, 6).
+        :param own: 1, or 0 if the noise of the newest sample itself is not included.
         """
-        oldest, period = history.oldest_stamp, 0.0
-        assert oldest is not None
-        if history.takes_samples:
-            period = mean_interval(start.stamp - oldest, len(history))
-        second = float(NANOSECONDS_PER_SECOND)
-        limits = self._limits.largest(
-            history, max(oldest, self._since), start.stamp) if given is None else given
-        errors = deviations(
-            screws.times(second, start.twist), limits, given is None,
-            max(period, TWIST_OVER) / second, ahead / second, (until - start.stamp) / second)
-        check_size(history, max(errors))
-        covariance = self._trials.moment(history, start, ahead, until, period)
-        for index, error in zip(_DIAGONAL, errors, strict=True):
-            covariance[index] += error * error
-        return covariance
+        found = self._trials.errors(history, span, start, ahead, until, noise, own)
+        if found is None:
+            moved = np.array(screws.log(motion(history, start, start.stamp + ahead, until)))
+            check_size(history, float(np.abs(moved).max()))
+            found = pack(np.outer(moved, moved) + own * noise).tolist()
+        lag, lasts = as_seconds(round(max(span.period, TWIST_OVER))), math.inf
+        if given is None:
+            given, lag = _to_stop(history, span, start), min(lag, 2.0 * _STOPS_S)
+            lasts = _STOPS_S - lag / 2.0
+        least = deviations(screws.times(NANOSECONDS_PER_SECOND, start.twist), given, lasts, lag,
+                           as_seconds(ahead), as_seconds(until - start.stamp))
+        check_size(history, max(least))
+        for place, deviation in zip(_DIAGONAL, least, strict=True):
+            found[place] = max(found[place], deviation * deviation)
+        return found
 
 
-def _begin(history: MovingHistory) -> int:
-    """Return the stamp since which an edge has its parent; a curve is only learnt from lately."""
-    if history.newest_stamp is None or not history.takes_samples:
-        return (history.newest_stamp or 0) - LATELY
-    if history.fixed_parent:
-        return BEGINNING
-    *_, (_, begin, _) = history.parents_between(BEGINNING, history.newest_stamp + 1)
-    return begin
+_DIAGONAL: tuple[int, ...] = tuple(DIAGONAL.tolist())
+
+
+def _to_stop(history: MovingHistory, span: Span, start: Start) -> Limits:
+    """Return the accelerations with which an edge stops in time, or has begun to do so."""
+    speeds = [abs(each) for each in start.twist]
+    before = start.stamp - from_seconds(_STOPS_S)
+    if before > span.oldest:
+        speeds = [max(now, abs(then)) for now, then in zip(
+            speeds, start_at(history, before).twist, strict=True)]
+    return screws.times(NANOSECONDS_PER_SECOND / _STOPS_S, speeds)

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 import operator
 from typing import NamedTuple
 
+import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves, MovingHistory
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
@@ -28,10 +29,12 @@ from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
 
-from .past import checked_limits, Limits, PastCache
-from .trials import forecast, measured_until, start_at
+from .forecast import forecast, measured_until, start_at
+from .past import checked_limits, Limits, Past
 from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms
+from ..uncertainty.learning import Learnt
+from ..uncertainty.noise import add_noise, add_noise_of, SampleNoise
 from ..uncertainty.propagation import steps_between
 from ..uncertainty.queries import UncertainQueries
 from ..uncertainty.uncertain import EdgeErrors, terms_of
@@ -88,6 +91,10 @@ def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int,
     return _Way(tree, stamp, horizon, limits).along(steps)
 
 
+# The noise of an edge with too few samples.
+_UNKNOWN = np.zeros((6, 6))
+
+
 class _Way:
     """A path at a stamp for which some of its edges have no data."""
 
@@ -109,6 +116,8 @@ class _Way:
                 terms = self._terms(step, self._stamp, pose)
                 if terms is not None:
                     self._errors.add_edge(step, before, self._here, terms)
+                add_noise_of(self._tree, self._errors, step,
+                             before if step.upwards else self._here, self._stamp, False)
         total = self._errors.total(self._here[:3])
         return Prediction(Pose._make(self._here), total, self._stamp, max(aheads))
 
@@ -130,13 +139,16 @@ class _Way:
         pose = forecast(history, start, self._stamp, until)
         before = self._go(step, pose)
         parent, child = (self._here, before) if step.upwards else (before, self._here)
-        # The error of the newest pose also affects the prediction.
+        learnt = self._tree.companion_or_new(Learnt)
+        span, known = learnt.of(history, SampleNoise).at(history, start.stamp)
+        # The error of the newest pose also affects the prediction; a covariance includes noise.
+        has_own = known_covariances(self._tree, step.parent, history.child) is not None
         terms = self._terms(step, start.stamp, start.pose)
         if terms is not None:
             self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms)
-        past = self._tree.companion_or_new(PastCache).of(history)
-        self._errors.add(step, child[3:], child[:3], packed_term(past.covariance(
-            history, start, ahead, until, self._limits.get(history.child))))
+        self._errors.add(step, child[3:], child[:3], packed_term(learnt.of(history, Past).errors(
+            history, span, start, ahead, until, self._limits.get(history.child),
+            _UNKNOWN if known is None else known.covariance, 0.0 if has_own else 1.0)))
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:
@@ -170,18 +182,17 @@ class PredictionQueries(UncertainQueries):
         Return ``target_T_source`` at a stamp that may be beyond the newest data.
 
         Each edge that does not reach the stamp continues at the mean twist of its last 0.1 s,
-        and rotates as its gyroscope measured, if it is aided. The covariance has three parts:
-        the errors of the same prediction made from earlier samples, those of the accelerations
-        that are possible, and the edges' own covariances. If all data reaches the stamp, the pose
-        is looked up.
+        and rotates as its gyroscope measured, if it is aided. The covariance is that of the
+        errors of such predictions from earlier samples, added to that of the newest pose: the
+        edge's own, or else the noise that ``edge_noise`` returns. If all data reaches the
+        stamp, the pose is looked up. A predicted edge also counts as if it might stop within
+        0.5 s, or accelerate up to a given limit.
 
         :param stamp: nanoseconds; ``LATEST`` predicts nothing.
         :param horizon: nanoseconds; no edge is predicted further beyond its newest sample.
         :param acceleration: the largest accelerations of edges, by child frame: six numbers
-            along x, y, z (m/s^2) and about x, y, z (rad/s^2), in the child's axes. For other
-            edges they are the largest that lasted for 0.4 s in all samples that are kept (a
-            shorter one counts in part), or those with which the edge would stop within 0.5 s
-            from the largest speed that it had in these samples, whichever are larger.
+            along x, y, z (m/s^2) and about x, y, z (rad/s^2), in the child's axes. Other
+            edges may stop within 0.5 s.
         :return: the pose, the covariance (6, 6), and how far ``beyond`` the data the pose is.
         :raises FutureExtrapolationException: an edge ends further away than the horizon.
         :raises InvalidArgumentException: a horizon or an acceleration that is not as above.
@@ -195,10 +206,10 @@ class PredictionQueries(UncertainQueries):
 
     def _predict(self, target_frame: str, source_frame: str, stamp: int, horizon: int,
                  limits: Mapping[str, Limits]) -> Prediction:
-        with FramesInErrors(self._tree, target_frame, source_frame):
-            with self._lock:
-                ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon, limits)
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
+            ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon, limits)
             if ahead is not None:
                 return ahead
-            found = self._lookup_uncertain(target_frame, source_frame, stamp, False)
-        return Prediction(Pose._make(found.pose), found.covariance, found.stamp, 0)
+            found, pose, errors = self._errors_at(target_frame, source_frame, stamp, False)
+            add_noise(self._tree, errors, target_frame, source_frame, found, False)
+        return Prediction(Pose._make(pose), errors.total(pose[:3]), found, 0)

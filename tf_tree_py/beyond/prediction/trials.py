@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Extrapolations of an edge, and the errors of those that could have been made earlier.
+How the errors of predictions grow, learnt from those that could have been made earlier.
 
-An extrapolation follows the edge's last twist and its gyroscope. The errors are those of
-samples spread evenly over the last 10 s, for a ladder of times ahead. They are cached, so that
-a prediction costs little while there are only a few new samples.
+They start from up to 1,024 samples of the last 10 s, and are compared with the poses that
+followed, for a ladder of times ahead. Each error has two parts: the noise of the samples that it
+is computed from, which is known (``uncertainty.noise``), and the change of the motion. The second
+moment of the rest is that of the change. Within about a period of the samples no pose is known
+to compare with. There the change is that of a constant acceleration, which explains the
+errors after one and a half periods.
 """
 
+from bisect import bisect_right
 from functools import lru_cache
 import math
 from typing import NamedTuple
@@ -18,330 +22,284 @@ from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry import se3, so3
-from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import BEGINNING, from_seconds
-from tf_tree_py.screws import Twist
+from tf_tree_py.core.geometry.so3 import Array, Number
+from tf_tree_py.core.stamp import from_seconds
+from tf_tree_py.core.times import Stamps
 
-from ..curves.aided import gyro_until, turn_of
+from .forecast import forecast, Start, start_at, TWIST_OVER, unchanged_until, unexpired_since
+from ..curves.aided import gyro_until
 from ..curves.gaps import BRIDGED
-from ..uncertainty.covariances import pack, PACKED_FLOATS
-
-TWIST_OVER = from_seconds(0.1)
-"""A prediction uses the mean twist over this time before its first sample."""
-
-
-class Start(NamedTuple):
-    """
-    The initial state of a prediction.
-
-    :ivar pose: ``parent_T_child`` at the stamp.
-    :ivar twist: just before the stamp, per nanosecond, in the child's axes.
-    """
-
-    stamp: int
-    pose: PoseTuple
-    twist: Twist
-
-
-def start_at(history: MovingHistory, stamp: int) -> Start:
-    """
-    Return the initial state of a prediction from a stamp.
-
-    :raises ExtrapolationException: there is only one sample.
-    """
-    assert history.oldest_stamp is not None
-    length = min(TWIST_OVER, stamp - history.oldest_stamp)
-    if length <= 0 or history.parent_at(stamp - length) != history.parent:
-        raise ExtrapolationException(
-            f'A prediction requires two samples, and the edge {history.parent} -> {history.child} '
-            'has one under this parent')
-    before, now = history.sample(stamp - length), history.sample(stamp)
-    moved = se3.compose(se3.inverse(before), now)
-    return Start(stamp, now, screws.times(1.0 / length, screws.log(moved)))
-
-
-def forecast(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:
-    """
-    Return the predicted pose at a stamp, from the state at an earlier one.
-
-    :param until: the stamp up to which the edge's gyroscope is followed.
-    """
-    return se3.compose(start.pose, motion(history, start, end, until))
-
-
-def motion(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:
-    """Return the motion of an edge until a stamp if it keeps its velocity; see ``forecast``."""
-    begin = start.stamp
-    if until > begin:
-        turn, half = (turn_of(history, begin, stamp) for stamp in (until, (begin + until) // 2))
-        if turn is not None and half is not None:
-            return _turned_motion(start.twist, until - begin, end - until, half, turn)
-    return screws.exp(screws.times(end - begin, start.twist))
-
-
-def measured_until(history: MovingHistory, begin: int, end: int) -> int:
-    """Return the stamp up to which an edge's gyroscope measured the rotation from another on."""
-    known = gyro_until(history)
-    until = begin if known is None else max(begin, min(end, known))
-    return until if until == begin or turn_of(history, begin, until) is not None else begin
-
-
-def _turned_motion(twist: Twist, measured: int, rest: int, half: so3.Quaternion,
-                   turn: so3.Quaternion) -> PoseTuple:
-    """
-    Return the motion of a twist whose rotation a gyroscope measured at first.
-
-    The velocity is constant in the child's axes, which rotate; it is integrated by Simpson's
-    rule.
-
-    :param measured: how long the gyroscope measured, nanoseconds; ``rest``: how long the twist
-        continues after that.
-    :param half: the rotation after half of the measured time; ``turn``: after all of it.
-    """
-    way = screws.times(measured, twist)[:3]
-    first, middle, last = way, so3.rotate(half, way), so3.rotate(turn, way)
-    x, y, z = ((a + 4.0 * b + c) / 6.0 for a, b, c in zip(first, middle, last, strict=True))
-    return se3.compose((x, y, z, *turn), screws.exp(screws.times(rest, twist)))
-
-
-def unchanged_until(history: MovingHistory, late: int) -> int:
-    """Return a stamp up to which a sample with a given stamp did not change the edge's poses."""
-    before = _sample_before(history, late)
-    if gyro_until(history) is None:
-        return before
-    # A gap that contains the pose after a stamp is bridged from the pose before to that after it.
-    return _sample_before(history, before - BRIDGED)
-
-
-def _unexpired_since(history: MovingHistory, newest: int, oldest: int) -> int:
-    """
-    Return a stamp from which on an edge's poses do not change when older samples expire.
-
-    :param newest: the stamp of the newest pose or sample of the gyroscope.
-    :param oldest: this is returned if nothing has expired.
-    """
-    # Two samples before a gap around the pose before another gap have an effect.
-    horizon = newest - history.cache_time + 2 * BRIDGED
-    if horizon < oldest:
-        return oldest
-    return history.next_stamp(history.next_stamp(horizon) + BRIDGED)
-
-
-def _sample_before(history: MovingHistory, stamp: int) -> int:
-    """Return the stamp of the last older sample; ``BEGINNING`` if there is none."""
-    oldest = history.oldest_stamp
-    if oldest is None or stamp <= oldest:
-        return BEGINNING
-    return int(history.track(stamp - 1, stamp - 1).knots[0])
-
-
-# --- earlier predictions
-
-_Error = tuple[float, float, float, float, float, float]
-
-Packed = list[float]
-"""A covariance as the 21 numbers of ``covariances.pack``; for so few, numpy takes longer."""
+from ..uncertainty.covariances import DIAGONAL, pack, PACKED_FLOATS, unpack
+from ..uncertainty.learning import Cells, chosen, Span, stamps_in, Sums, sums_by_cell
 
 _Ahead = tuple[int, int]
 """A time ahead, nanoseconds, and how many eighths of it a gyroscope measured."""
 
-# Predictions are made from one sample in each cell of time. There are at most this many cells;
-# fewer than the minimum are not sufficient.
-LATELY = from_seconds(10.0)
-_MOST_TRIALS, _LEAST_TRIALS = 32, 3
+# Errors in fewer cells say nothing.
+_LEAST_CELLS = 3
 # Squares of errors are interpolated between two rungs of the ladder, 2^(1/4) apart: if an error
 # grows with the square of the time, the resulting variance is up to 3 % too large.
 _RUNGS_PER_OCTAVE = 4
 _LOWEST_RUNG = 1000
 _MOST_RUNGS = 32
+# Errors are compared after at least so many periods: nearly always there is another sample then.
+_PERIODS = 1.5
 # Trials are made as if a gyroscope had measured an eighth of the time ahead, or two, and so on.
 _MEASURED_PARTS = 8
 # A gyroscope that lags behind the poses by more is not waited for.
 _LATEST_GYRO = from_seconds(1.0)
 # The covariance of larger errors does not fit into floats.
 _LARGEST = 1e150
+# The errors change slowly. From n independent ones a variance is known to 2 / n of its square, and
+# those that are too small count most; so each is enlarged by 4 / n. Correlations are known less
+# well than variances, and change with the motion: they are reduced.
+_FEW = 2.0
+_MOST_CORRELATION, _PRIOR = 0.7, 6.0
+# The part of all cells over which the errors may be correlated.
+_CORRELATED = 0.25
 
 
 class _Rung(NamedTuple):
     """
     The errors of predictions for one time ahead.
 
-    :ivar cells: the first cell and the last; None if the next samples may change an error.
-    :ivar errors: those that they do not change, by cell; None if a cell has none.
-    :ivar moment: the second moment of all, packed; None if there are too few.
+    :ivar cells: the length of a cell, and the first and the last one.
+    :ivar sums: their sums.
+    :ivar change: the packed covariance of the motion's change; None if there are too few cells.
     """
 
-    cells: tuple[int, int] | None
-    errors: dict[int, _Error | None]
-    moment: Packed | None
-
-
-_EMPTY = _Rung(None, {}, None)
+    cells: tuple[int, int, int] | None
+    sums: Cells
+    change: Array | None
 
 
 class Trials:
-    """
-    The errors of earlier predictions of one edge, which may be cached.
+    """The errors of earlier predictions of one edge, which may be cached; see ``learning``."""
 
-    They depend only on the samples, not on the times of the calls.
-    """
-
-    __slots__ = ('_cell', '_starts', '_rungs')
+    __slots__ = ('_rungs', '_noise', '_packed')
 
     def __init__(self) -> None:
-        self._cell = 0
-        self._starts: dict[int, Start | None] = {}
         self._rungs: dict[_Ahead, _Rung] = {}
+        # What was subtracted from the errors, and the same packed.
+        self._noise: Array | None = None
+        self._packed = np.zeros(PACKED_FLOATS)
 
-    def forget(self, since: int) -> None:
-        """Forget all errors and starts that poses after a stamp may have changed."""
-        self._starts = {cell: start for cell, start in self._starts.items()
-                        if (cell + 1) * self._cell <= since}
-        self._rungs = {ahead: _Rung(None, {
-            cell: error for cell, error in rung.errors.items()
-            if (cell + 1) * self._cell + ahead[0] <= since}, None)
-            for ahead, rung in self._rungs.items()}
+    def forget(self, history: MovingHistory, late: int) -> None:
+        """Forget all errors that a sample may have changed, which arrived late."""
+        for ahead, rung in self._rungs.items():
+            # Where no other sample followed in that time, now one may.
+            rung.sums.forget(unchanged_until(history, late) + 1 - ahead[0])
+            self._rungs[ahead] = _Rung(None, rung.sums, None)
 
-    def moment(self, history: MovingHistory, start: Start, ahead: int, until: int,
-               period: float) -> Packed:
+    def errors(self, history: MovingHistory, span: Span, start: Start, ahead: int, until: int,
+               noise: Array, own: float) -> list[float] | None:
         """
-        Return the second moment of the errors of such a prediction, in the child's axes.
+        Return the covariance of a prediction's errors, packed; None if there are too few trials.
 
-        If there are too few, the error is assumed to be as large as the predicted motion,
-        because the edge may have stopped.
-
-        Within the first period of the samples, the second moment grows linearly. It cannot be
-        measured there, because a pose interpolated between two samples has the error of the
-        first, from which the prediction begins.
-
-        :param start: at the newest sample.
-        :param ahead: nanoseconds.
-        :param until: the stamp up to which the edge's gyroscope is followed.
-        :param period: of the samples, nanoseconds.
+        :param noise: of a sample (6, 6). The other parameters are those of ``past.Past``.
         """
-        assert history.oldest_stamp is not None
-        oldest = max(history.oldest_stamp, start.stamp - LATELY)
-        self._choose_cell(max(start.stamp - oldest, 1))
-        tried = max(ahead, math.ceil(period))
-        # The errors at the newest sample may still change, or until a gap of the gyroscope is
-        # bridged; see ``_changing``.
-        latest = start.stamp - math.ceil(period)
-        measured = gyro_until(history)
-        if measured is not None:
-            latest -= BRIDGED
-            oldest = _unexpired_since(history, max(measured, start.stamp), oldest)
-        total = [0.0] * PACKED_FLOATS
+        if noise is not self._noise:
+            self._noise, self._packed = noise, pack(noise)
+            self._rungs = {ahead: _Rung(None, rung.sums, None)
+                           for ahead, rung in self._rungs.items()}
+        tried = max(ahead, math.ceil(_PERIODS * span.period))
+        is_aided = gyro_until(history) is not None
+        grown = 0.0 if is_aided else _noise_at(history, start.stamp, ahead) - 1.0
+        part = ahead / tried if is_aided else _part(ahead, tried, max(span.period, TWIST_OVER))
+        total = (own + grown) * self._packed
         for rung, weight in _rungs_around(tried, (until - start.stamp) / ahead):
-            moment = self._moment(history, oldest, latest, rung)
-            if moment is None:
-                moved = screws.log(motion(history, start, start.stamp + ahead, until))
-                return _second_moment(history, np.array([moved]))
-            weight *= ahead / tried
-            total = [one + weight * other for one, other in zip(total, moment, strict=True)]
-        return total
+            change = self._change(history, span, rung, noise)
+            if change is None:
+                return None
+            total += weight * part * change
+        packed: list[float] = total.tolist()
+        return packed
 
-    def _choose_cell(self, span: int) -> None:
-        """Halve the cells while the history is short."""
-        cell = max(LATELY // _MOST_TRIALS >> int(math.log2(LATELY / span)), 1)
-        if cell != self._cell:
-            self._cell = cell
-            self._starts.clear()
-            self._rungs.clear()
-
-    def _moment(self, history: MovingHistory, oldest: int, latest: int,
-                ahead: _Ahead) -> Packed | None:
-        """Return the second moment of the errors for a time ahead; None if too few."""
-        cells = self._cells(history, oldest, latest - ahead[0])
-        rung = self._rungs.get(ahead, _EMPTY)
-        if rung.cells != cells:
-            rung = self._renewed(history, cells, rung.errors, ahead)
+    def _change(self, history: MovingHistory, span: Span, ahead: _Ahead,
+                noise: Array) -> Array | None:
+        """Return the covariance of the motion's change in a time ahead; None if unknown."""
+        oldest, cell = span.oldest, span.cell
+        gyro = gyro_until(history)
+        if gyro is not None:
+            oldest = unexpired_since(history, max(gyro, history.newest_stamp or gyro), oldest)
+        first, last = -((-oldest - TWIST_OVER) // cell), (span.newest - ahead[0]) // cell - 1
+        while gyro is not None and last >= first and not _is_final(
+                history, (last + 1) * cell + ahead[0], gyro):
+            last -= 1
+        rung = self._rungs.get(ahead)
+        if rung is None:
             if len(self._rungs) >= _MOST_RUNGS:
                 self._rungs.clear()
+            rung = _Rung(None, Cells(), None)
+        if rung.cells != (cell, first, last):
+            rows = rung.sums.rows(cell, first, last, lambda begin, end: _errors(
+                history, span, begin, end, ahead))
+            rung = _Rung((cell, first, last), rung.sums, _change_in(
+                history, rows, ahead, cell, noise) if len(rows) >= _LEAST_CELLS else None)
             self._rungs[ahead] = rung
-        return rung.moment
-
-    def _cells(self, history: MovingHistory, oldest: int, newest: int) -> tuple[int, int]:
-        """Return the first and the last cell with an initial sample, up to a stamp."""
-        last = newest // self._cell
-        start = self._start(history, last)
-        if start is not None and start.stamp > newest:
-            last -= 1
-        return -((-oldest - TWIST_OVER) // self._cell), last
-
-    def _renewed(self, history: MovingHistory, cells: tuple[int, int],
-                 known: dict[int, _Error | None], ahead: _Ahead) -> _Rung:
-        first, last = cells
-        errors = {cell: error for cell, error in known.items() if cell >= first}
-        new = {cell: self._error(history, cell, ahead)
-               for cell in range(first, last + 1) if cell not in errors}
-        if len(self._starts) > 2 * _MOST_TRIALS:
-            self._starts = {cell: start for cell, start in self._starts.items() if cell >= first}
-        rows = np.array([error for error in (*errors.values(), *new.values())
-                         if error is not None])
-        moment = None if len(rows) < _LEAST_TRIALS else _second_moment(history, rows)
-        errors.update(new)
-        changing = self._changing(history, list(new), ahead[0])
-        for cell in changing:
-            del errors[cell]
-        return _Rung(None if changing else cells, errors, moment)
-
-    def _changing(self, history: MovingHistory, cells: list[int], ahead: int) -> list[int]:
-        """Return the cells for which the next samples may change the pose that was compared."""
-        newest, until = history.newest_stamp, gyro_until(history)
-        assert newest is not None
-        if until is not None and until < newest - _LATEST_GYRO:
-            until = None
-        changing = []
-        for cell in reversed(cells):
-            start = self._starts.get(cell)
-            if start is not None:
-                # The newest sample may be replaced by another one with its stamp.
-                after = history.next_stamp(start.stamp + ahead - 1)
-                if until is not None:
-                    # The pose after a gap that contains the next one. Until then there may be
-                    # another gap, which is bridged with the rates that are measured after it.
-                    after = history.next_stamp(after + BRIDGED)
-                if after < newest and (until is None or after + 2 * BRIDGED <= until):
-                    break
-                changing.append(cell)
-        return changing
-
-    def _error(self, history: MovingHistory, cell: int, ahead: _Ahead) -> _Error | None:
-        """Return the error of a prediction: metres and radians, in the axes of its pose."""
-        start, (span, measured) = self._start(history, cell), ahead
-        end = start.stamp + span if start is not None else 0
-        if start is None or not _has_its_parent(history, end):
-            return None
-        predicted = forecast(history, start, end,
-                             start.stamp + measured * span // _MEASURED_PARTS)
-        x, y, z, qx, qy, qz, qw = se3.compose(se3.inverse(predicted), history.sample(end))
-        return (x, y, z, *so3.log((qx, qy, qz, qw)))
-
-    def _start(self, history: MovingHistory, cell: int) -> Start | None:
-        """Return the first sample in a cell; None if there is none."""
-        if cell not in self._starts:
-            begin = cell * self._cell
-            # Curves have no samples, but have a pose at every stamp.
-            stamp = history.next_stamp(begin - 1) if history.takes_samples else begin
-            is_there = (stamp < begin + self._cell and _has_its_parent(history, stamp)
-                        and _has_its_parent(history, stamp - TWIST_OVER))
-            start = start_at(history, stamp) if is_there else None
-            if stamp == history.newest_stamp:
-                return start  # another sample with this stamp would replace it
-            self._starts[cell] = start
-        return self._starts[cell]
+        return rung.change
 
 
-def _second_moment(history: MovingHistory, errors: Array) -> Packed:
+def _part(ahead: float, tried: float, lag: float) -> float:
     """
-    Return the second moment of errors (N, 6).
+    Return the part of a variance of a time ahead that belongs to a shorter time.
 
-    :raises ExtrapolationException: a square does not fit into a float.
+    An acceleration shows in the square of h (h + l): see ``past.deviations``.
     """
-    check_size(history, np.abs(errors).max())
-    packed: Packed = pack(errors.T @ errors / len(errors)).tolist()
-    return packed
+    return (ahead * (ahead + lag) / (tried * (tried + lag)))**2
+
+
+def _noise_at(history: MovingHistory, stamp: int, ahead: int) -> float:
+    """Return the variance of the noise in a prediction, relative to that of a sample."""
+    if not history.takes_samples:
+        return 1.0
+    stamps = history.columns().stamps
+    before = max(stamp - TWIST_OVER, stamps[0])
+    place = bisect_right(stamps, before, 0, len(stamps) - 1)
+    first, second = stamps[place - 1], stamps[place]
+    return _of_noise(ahead / (stamp - before), (before - first) / max(second - first, 1),
+                     float(second >= stamp))
+
+
+def _of_noise(times: float, ratio: Number, is_last: Number) -> Number:
+    """
+    Return the variance of the noise in predictions, relative to that of a sample.
+
+    A prediction by u times the time of which the twist is the mean is (1 + u) x - u x', with the
+    newest sample x and an earlier pose x', which is interpolated between two samples.
+
+    :param ratio: where it is between the two, 0 to 1.
+    :param is_last: 1 if the second one is x, otherwise 0.
+    """
+    once = times * (1.0 - ratio)
+    return (is_last * ((1.0 + once)**2 + once**2)
+            + (1.0 - is_last) * ((1.0 + times)**2 + times**2 * (ratio**2 + (1.0 - ratio)**2)))
+
+
+def _change_in(history: MovingHistory, rows: Array, ahead: _Ahead, cell: int,
+               noise: Array) -> Array:
+    """
+    Return the covariance of the motion's change that errors show.
+
+    :param rows: the sums of cells: the count, the variance of the noise relative to that of a
+        sample, and the squares of the errors.
+    """
+    count, known, *squares = rows.sum(axis=0).tolist()
+    moment = unpack(np.array(squares) / count)
+    check_size(history, math.sqrt(moment.max()))
+    units = np.sqrt(np.maximum(moment.diagonal(), np.finfo(float).tiny))
+    scale = np.outer(units, units)
+    values, vectors = np.linalg.eigh((moment - known / count * noise) / scale)
+    change = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    number = _independent(rows[:, 2:][:, DIAGONAL] / rows[:, :1],
+                          (ahead[0] + TWIST_OVER) / cell)
+    mean = float(np.exp(np.log(number).mean()))
+    shared = _MOST_CORRELATION * mean / (mean + _PRIOR)
+    change = shared * change + (1.0 - shared) * np.diag(change.diagonal())
+    factor = np.sqrt(1.0 + _FEW / number)
+    return pack(change * scale * np.outer(factor, factor))
+
+
+def _independent(squares: Array, overlap: float) -> Array:
+    """
+    Return how many independent normal errors would show their variance as well, (6,).
+
+    The variance of a mean of correlated numbers is a sum of their autocovariances, here with
+    the weights of Newey and West ("A Simple, Positive Semi-Definite, Heteroskedasticity and
+    Autocorrelation Consistent Covariance Matrix", Econometrica 55(3), 1987).
+
+    :param squares: the mean squares of errors in n successive cells, (n, 6).
+    :param overlap: how many cells an error spans.
+    """
+    count = len(squares)
+    mean = squares.mean(axis=0)
+    off = squares - mean
+    lags = max(min(int(overlap) + 2, count // 3), int(_CORRELATED * count))
+    # The weights are those of the squares of all sums of lags + 1 successive numbers.
+    sums = np.zeros((count + 2 * lags + 2, 6))
+    sums[lags + 1:-lags - 1] = np.cumsum(off, axis=0)
+    sums[-lags - 1:] = sums[-lags - 2]
+    moving = sums[lags + 1:] - sums[:-lags - 1]
+    variance = (moving * moving).sum(axis=0) / (lags + 1)
+    variance = np.maximum(variance, np.finfo(float).tiny) / (count * (count - 1))
+    return np.asarray(np.maximum(2.0 * mean * mean / variance, 1.0))
+
+
+# --- the errors
+
+def _errors(history: MovingHistory, span: Span, first: int, last: int, ahead: _Ahead) -> Sums:
+    """Return the sums of cells; see ``_change_in``."""
+    time, measured = ahead
+    is_aided = gyro_until(history) is not None
+    starts = chosen(history, span.cell, first, last, *([1] if is_aided else []))
+    noise, used = np.zeros(len(starts)), starts + time
+    if history.takes_samples and len(starts):
+        starts, noise, used = _compared(history, span, starts, time, is_aided)
+    if not len(starts):
+        return sums_by_cell(
+            span.cell, first, last, starts, np.zeros((0, 1 + PACKED_FLOATS)), used)
+    ends = starts + time
+    track = history.track(int(starts[0]) - TWIST_OVER, int(ends[-1]))
+    if is_aided:
+        predicted = np.array([forecast(history, start_at(history, start), start + time,
+                                       start + measured * time // _MEASURED_PARTS)
+                              for start in starts.tolist()])
+    else:
+        before, now = (track.at(stamps).T for stamps in (starts - TWIST_OVER, starts))
+        twists = screws.log_many(se3.compose_many(se3.inverse_many(before), now))
+        predicted = se3.compose_many(now, screws.exp_many(time / TWIST_OVER * twists))
+    off = se3.compose_many(se3.inverse_many(predicted), track.at(ends).T)
+    # In the convention of ``covariances``, in the axes of the predicted pose.
+    errors = np.concatenate([off[:, :3], so3.log_many(off[:, 3:])], axis=1)
+    check_size(history, float(np.abs(errors).max()))
+    squares = pack(errors[:, :, None] * errors[:, None, :])
+    return sums_by_cell(span.cell, first, last, starts, np.concatenate(
+        [noise[:, None], squares], axis=1), used)
+
+
+def _compared(history: MovingHistory, span: Span, starts: Stamps, time: int,
+              is_aided: bool) -> tuple[Stamps, Array, Stamps]:
+    """
+    Return the starts whose predictions are compared with a pose after another sample.
+
+    :return: the starts (N,); the variance of the noise in an error, relative to that of a sample,
+        (N,), without that of the twist if the edge is aided; and the stamps of the samples at the
+        end or after it, (N,).
+    """
+    stamps = stamps_in(history, _stamp_before(history, int(starts[0]) - TWIST_OVER),
+                       span.newest + 1)
+    after = stamps[np.minimum(stamps.searchsorted(starts, side='right'), len(stamps) - 1)]
+    starts = starts[(after > starts) & (after <= starts + time)]
+    _, second, ratio = _between(stamps, starts + time)
+    noise = ratio**2 + (1.0 - ratio)**2
+    if is_aided:
+        return starts, noise + 1.0, second
+    _, later, part = _between(stamps, starts - TWIST_OVER)
+    is_last = np.asarray(later >= starts, dtype=float)
+    return starts, noise + _of_noise(time / TWIST_OVER, part, is_last), second
+
+
+def _stamp_before(history: MovingHistory, time: int) -> int:
+    """Return the stamp of the last sample up to a time, at which the edge has a pose."""
+    stamps = history.columns().stamps
+    return stamps[max(bisect_right(stamps, time) - 1, 0)]
+
+
+def _between(stamps: Stamps, times: Stamps) -> tuple[Stamps, Stamps, Array]:
+    """Return the stamps before times and at them or after, (N,), and where between these."""
+    places = stamps.searchsorted(times)
+    first, second = stamps[np.maximum(places - 1, 0)], stamps[places]
+    return first, second, np.asarray((times - first) / np.maximum(second - first, 1))
+
+
+def _is_final(history: MovingHistory, stamp: int, gyro: int) -> bool:
+    """Return whether no next pose or angular velocity changes the poses up to a stamp."""
+    # The pose after a gap that contains the next one. Until then there may be another gap, which
+    # is bridged with the rates that are measured after it.
+    after = history.next_stamp(history.next_stamp(stamp - 1) + BRIDGED)
+    newest = history.newest_stamp
+    assert newest is not None
+    return after < newest and (gyro < newest - _LATEST_GYRO or after + 2 * BRIDGED <= gyro)
 
 
 def check_size(history: MovingHistory, largest: float) -> None:
@@ -351,10 +309,6 @@ def check_size(history: MovingHistory, largest: float) -> None:
             f'A prediction of the edge {history.parent} -> {history.child} would be off by up to '
             f'{largest:g} m, whose square is too large for a covariance: find out which samples '
             'of the edge are that far apart')
-
-
-def _has_its_parent(history: MovingHistory, stamp: int) -> bool:
-    return history.parent_at(stamp) == history.parent
 
 
 @lru_cache(maxsize=64)

@@ -10,9 +10,10 @@ that occurs twice has the same unit errors twice, so its common errors cancel.
 """
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
+from tf_tree_py.core.edges.protocol import moves
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.pose import Pose, Poses
@@ -27,6 +28,7 @@ from tf_tree_py.many_stamps import ManyStampQueries
 
 from .covariance_history import covariances_by_edge, known_covariances, Uncertainty
 from .covariances import ends_turned, rows_of, SKEW, unpack
+from .noise import add_noise, EdgeNoise, required_noise
 from .propagation import SMALL_ANGLES, steps_between, with_shared_errors
 from .uncertain import (
     covariances_at,
@@ -224,7 +226,8 @@ class UncertainQueries(ManyStampQueries):
         return bool(covariances_by_edge(self._tree))
 
     def lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
-                         independent: bool = False) -> tuple[Pose, Array]:
+                         independent: bool = False,
+                         learnt_noise: bool = False) -> tuple[Pose, Array]:
         """
         Return ``target_T_source`` and its covariance.
 
@@ -240,16 +243,50 @@ class UncertainQueries(ManyStampQueries):
         :param independent: whether one edge's errors at two of its stamps are independent.
             If not, they may be correlated in any way, and the result between two stamps is
             an upper bound, which is appropriate for odometry.
+        :param learnt_noise: whether moving edges without a covariance have the noise that
+            ``edge_noise`` returns. Without it they are certain.
         :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
 
         It raises the errors of ``lookup``.
         """
-        _, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
-        return Pose._make(pose), errors.total(pose[:3])
+        found = self._lookup_uncertain(
+            target_frame, source_frame, stamp, independent, learnt_noise)
+        return Pose._make(found.pose), found.covariance
+
+    def edge_noise(self, child: str) -> EdgeNoise:
+        """
+        Return the noise of the samples of a moving edge, learnt from those of the last 10 s.
+
+        It is the part of their errors that is independent from sample to sample: what the motion,
+        which is smooth, does not explain. Errors that last for several samples, such as the drift
+        of an odometry or those of a filter, are not in it. A motion that changes from sample to
+        sample is, because nothing distinguishes it from noise.
+
+        :param child: the child frame of the edge.
+        :return: the covariance, in the axes of the child, and how many residuals it rests on.
+        :raises LookupException: the frame is unknown.
+        :raises InvalidArgumentException: it has no parent, or its edge is static.
+        :raises ExtrapolationException: there are too few samples.
+        """
+        with self._lock:
+            self._tree.paths.check_frame('child', child)
+            history = self._tree.histories.get(child)
+            if history is None or not moves(history):
+                why = 'has no parent' if history is None else 'is static'
+                raise InvalidArgumentException(
+                    f'Invalid argument child "{child}": its edge has no samples whose noise could '
+                    f'be learnt, because it {why}')
+            return required_noise(self._tree, history)
 
     def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp,
-                          independent: bool) -> Uncertain:
-        found, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
+                          independent: bool, learnt_noise: bool = False,
+                          *limit: SupportsIndex | None) -> Uncertain:
+        """Return ``lookup_uncertain``; a limit is an argument of an overriding ``_errors_at``."""
+        with self._lock:
+            found, pose, errors = self._errors_at(
+                target_frame, source_frame, stamp, independent, *limit)
+            if learnt_noise:
+                add_noise(self._tree, errors, target_frame, source_frame, found)
         return Uncertain(found, pose, errors.total(pose[:3]))
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp,

@@ -173,7 +173,7 @@ class Buffer(FedBuffer, BufferInterface):
     def lookup_uncertain(  # type: ignore[override]  # a message, as lookups of ROS return
             self, target_frame: str, source_frame: str, time: Stamp | TimeLike = LATEST,
             timeout: DurationLike = NO_TIME, *, independent: bool = False,
-            max_age: SpanLike = None) -> PoseWithCovarianceStamped:
+            learnt_noise: bool = False, max_age: SpanLike = None) -> PoseWithCovarianceStamped:
         """
         Return the pose of the source in the target, with its covariance.
 
@@ -182,7 +182,8 @@ class Buffer(FedBuffer, BufferInterface):
         stamp, limit = self._stamp_of(time), as_span(max_age, 'max_age')
         found = self._within(
             timeout, [asked(target_frame, source_frame, stamp)],
-            lambda: self._lookup_uncertain(target_frame, source_frame, stamp, independent, limit))
+            lambda: self._lookup_uncertain(
+                target_frame, source_frame, stamp, independent, learnt_noise, limit))
         return pose_with_covariance_stamped(
             target_frame, found.stamp, found.pose, found.covariance)
 
@@ -215,7 +216,8 @@ class Buffer(FedBuffer, BufferInterface):
         :param time: an rclpy ``Time``, or a message's.
         :param horizon: an rclpy ``Duration``; no edge is predicted further than that.
         :param acceleration: the largest accelerations by child frame: six numbers along x, y, z
-            (m/s^2) and about x, y, z (rad/s^2), in the child's axes. None: learnt.
+            (m/s^2) and about x, y, z (rad/s^2), in the child's axes. Other
+            edges may stop within 0.5 s.
         """
         return predicted_pose(target_frame, CoreApi.predict(
             self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),

@@ -1,0 +1,265 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The noise of an edge's samples, learnt from the samples.
+
+A motion is smooth, and noise is not: what a polynomial through the samples around one does not
+explain is noise (Gasser, Sroka, Jennen-Steinmetz, "Residual variance and residual pattern in
+nonlinear regression", Biometrika 73(3), 1986). The residual is a divided difference: the
+combination of some successive samples that is zero for every polynomial of a lower degree,
+divided by the root of the sum of its squared weights; so its variance is that of one sample.
+
+Only noise that is independent from sample to sample shows in this way. Errors that last for
+several samples, such as those of a filter, look like a motion.
+"""
+
+from bisect import bisect_left, bisect_right
+from typing import NamedTuple
+
+import numpy as np
+from tf_tree_py.core.edges.packed import POSE_FLOATS
+from tf_tree_py.core.edges.protocol import moves, MovingHistory
+from tf_tree_py.core.errors import ExtrapolationException
+from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry.se3 import PoseTuple
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import as_seconds, BEGINNING, LATEST
+from tf_tree_py.core.times import Mask, Stamps
+from tf_tree_py.core.tree.path import sample_of, Step
+from tf_tree_py.core.tree.tree import Tree
+
+from .covariance_history import known_covariances
+from .covariances import DIAGONAL, one_term, pack, PACKED_FLOATS, unpack
+from .learning import (
+    Cells,
+    changes,
+    chosen,
+    Learnt,
+    parent_since,
+    Span,
+    span_of,
+    Sums,
+    sums_by_cell,
+)
+from .propagation import steps_between
+from .uncertain import EdgeErrors
+
+# The degrees of the polynomials, plus one. The lower one uses the samples better; the higher one
+# is for motions that are fast for the rate of the samples.
+_ORDERS = (4, 6)
+# The higher order counts if the variance along an axis is smaller than this part.
+_SMALLER = 0.8
+# With fewer residuals the noise is unknown.
+_LEAST = 8
+# Successive residuals have samples in common: so many count as one.
+_ALIKE = 2.6
+# As if so many more residuals had shown no correlation, and the factor of the covariance that so
+# few residuals require, times their number: a small sample underestimates some axes, and a
+# square relative to a variance is more sensitive to these.
+_PRIOR, _FEW = 6.0, 5.0
+# Longer gaps, relative to the median of those around, say nothing about noise.
+_LONGEST_GAP = 4.0
+
+
+class EdgeNoise(NamedTuple):
+    """
+    The noise of the samples of an edge.
+
+    :ivar covariance: (6, 6) of x, y, z and the rotation about x, y, z, metres^2 and radians^2, in
+        the axes of the child, about its origin.
+    :ivar trials: how many residuals it was learnt from.
+    """
+
+    covariance: Array
+    trials: int
+
+
+class SampleNoise:
+    """The noise of one edge's samples, which may be cached; see ``learning``."""
+
+    __slots__ = ('_since', '_cells', '_known', '_found')
+
+    def __init__(self, history: MovingHistory) -> None:
+        self._since = parent_since(history)
+        self._cells = Cells()
+        # The cells that are known, and the answer.
+        self._known: tuple[int, int, int] | None = None
+        self._found: EdgeNoise | None = None
+
+    def forget(self, history: MovingHistory, late: int) -> None:
+        """Forget all that a late sample may have changed."""
+        self._cells.forget(late)
+        self._known = None
+
+    def at(self, history: MovingHistory, newest: int) -> tuple[Span, EdgeNoise | None]:
+        """
+        Return the time that counts, and the noise; None if there are too few samples.
+
+        :param newest: the stamp of the newest sample.
+        """
+        span = span_of(history, newest, self._since)
+        if not history.takes_samples:
+            return span, _OF_CURVE
+        first, last = -(-span.oldest // span.cell), span.newest // span.cell - 1
+        if (span.cell, first, last) != self._known:
+            last = min(last, _settled(history) // span.cell - 1)
+        if (span.cell, first, last) != self._known:
+            self._known = span.cell, first, last
+            rows = self._cells.rows(*self._known, lambda begin, end: _residuals(
+                history, span, begin, end))
+            self._found = _noise_of(rows.sum(axis=0)) if len(rows) else None
+        return span, self._found
+
+
+# A curve is exact.
+_OF_CURVE = EdgeNoise(np.zeros((6, 6)), 0)
+
+
+def _noise_of(sums: Array) -> EdgeNoise | None:
+    """Return the noise that the sum of all rows shows; None if there are too few residuals."""
+    lower, higher = sums[1:].reshape(len(_ORDERS), 1 + PACKED_FLOATS)
+    if lower[0] < _LEAST:
+        return None
+    found = unpack(lower[1:] / lower[0])
+    if higher[0] >= _LEAST:
+        # A motion that the lower order does not explain adds to its residuals.
+        before = np.maximum(found.diagonal(), np.finfo(float).tiny)
+        part = higher[1:][DIAGONAL] / higher[0] / before
+        factor = np.sqrt(np.where(part < _SMALLER, part, 1.0))
+        found *= np.outer(factor, factor)
+    count = lower[0] / _ALIKE
+    found = (count * found + _PRIOR * np.diag(found.diagonal())) / (count + _PRIOR)
+    return EdgeNoise(found * (1.0 + _FEW / count), int(lower[0]))
+
+
+def _settled(history: MovingHistory) -> int:
+    """Return a stamp up to which no next sample changes a residual."""
+    stamps = history.columns().stamps
+    place = len(stamps)
+    for _ in range(2 + max(_ORDERS)):  # different ones
+        if not place:
+            return BEGINNING
+        place = bisect_left(stamps, stamps[place - 1])
+    return stamps[place]
+
+
+def _residuals(history: MovingHistory, span: Span, first: int, last: int) -> Sums:
+    """Return the count and the sum of squares of each order, as rows of cells."""
+    starts = chosen(history, span.cell, first, last)
+    columns = history.columns()
+    begin = bisect_left(columns.stamps, first * span.cell)
+    end = bisect_right(columns.stamps, span.newest)
+    stamps = np.asarray(columns.stamps[begin:end], dtype=np.int64)
+    # Of several samples with one stamp, the last counts.
+    lasting = np.append(changes(stamps)[1:], len(stamps)) - 1
+    poses = np.asarray(columns.poses).reshape(-1, POSE_FLOATS)[begin + lasting]
+    stamps = stamps[lasting]
+    terms = np.zeros((len(starts), len(_ORDERS), 1 + PACKED_FLOATS))
+    places = stamps.searchsorted(starts)
+    for number, order in enumerate(_ORDERS):
+        within = np.flatnonzero(places + order < len(stamps))
+        around = places[within, None] + np.arange(order + 1)
+        weights, usable = _divided_difference(stamps[around])
+        within, around = within[usable], around[usable]
+        terms[within, number, 0] = 1.0
+        off = np.einsum('nk,nki->ni', weights[usable], _offsets(poses[around]))
+        terms[within, number, 1:] = pack(off[:, :, None] * off[:, None, :])
+    used = stamps[np.minimum(places + max(_ORDERS), len(stamps) - 1)]
+    return sums_by_cell(span.cell, first, last, starts, terms.reshape(
+        len(starts), len(_ORDERS) * (1 + PACKED_FLOATS)), used)
+
+
+def _divided_difference(stamps: Stamps) -> tuple[Array, Mask]:
+    """
+    Return the weights of divided differences, with a sum of squares of 1.
+
+    The weight of a sample is 1 / prod(t - t_other): Hildebrand, "Introduction to Numerical
+    Analysis", section 2.2.
+
+    :param stamps: (n, k)
+    :return: (n, k), and (n,) whether there is no long gap.
+    """
+    seconds = (stamps - stamps[:, :1]) * as_seconds(1)
+    gaps = np.diff(seconds, axis=1)
+    usable = gaps.max(axis=1) <= _LONGEST_GAP * np.median(gaps, axis=1)
+    apart = (seconds[:, :, None] - seconds[:, None, :]) / seconds[:, -1:, None]
+    apart[:, np.arange(stamps.shape[1]), np.arange(stamps.shape[1])] = 1.0
+    weights = 1.0 / np.prod(apart, axis=2)
+    return weights / np.linalg.norm(weights, axis=1)[:, None], usable
+
+
+def _offsets(poses: Array) -> Array:
+    """Return the offsets (n, k, 6) of successive poses (n, k, 7) from that in their middle."""
+    middle = poses[:, poses.shape[1] // 2]
+    moved = se3.compose_many(se3.inverse_many(middle)[:, None, :], poses)
+    return np.concatenate([moved[..., :3], so3.log_many(moved[..., 3:])], axis=-1)
+
+
+# --- the noise in a lookup
+
+def _noise_of_edge(tree: Tree, history: MovingHistory) -> EdgeNoise | None:
+    """Return the noise of an edge; None if there are too few samples. The tree is locked."""
+    newest = history.newest_stamp
+    return None if newest is None else tree.companion_or_new(Learnt).of(
+        history, SampleNoise).at(history, newest)[1]
+
+
+def required_noise(tree: Tree, history: MovingHistory) -> EdgeNoise:
+    """
+    Return the noise of an edge; the tree is locked.
+
+    :raises ExtrapolationException: there are too few samples.
+    """
+    found = _noise_of_edge(tree, history)
+    if found is None:
+        raise ExtrapolationException(
+            f'The noise of the edge {history.parent} -> {history.child} cannot be learnt yet: '
+            f'that takes some {2 * _LEAST} samples with this parent, and the edge has '
+            f'{len(history)} in all',
+            blocked_on=((history.child, (history.newest_stamp or 0) + 1),))
+    return found
+
+
+def add_noise(tree: Tree, errors: EdgeErrors, target: str, source: str, stamp: int,
+              required: bool = True) -> None:
+    """
+    Add the learnt noise of all moving edges without a covariance to the errors of a lookup.
+
+    :param stamp: that of the answer; ``LATEST`` if all edges are static. The tree is locked.
+    :raises ExtrapolationException: an edge has too few samples, and its noise is required.
+    """
+    if target == source or stamp == LATEST:
+        return
+    here = se3.IDENTITY
+    for step in steps_between(tree, target, source, stamp):
+        pose = sample_of(step.history, stamp)
+        before, here = here, se3.compose(here, se3.inverse(pose) if step.upwards else pose)
+        add_noise_of(tree, errors, step, before if step.upwards else here, stamp, required)
+
+
+def add_noise_of(tree: Tree, errors: EdgeErrors, step: Step, child: PoseTuple, stamp: int,
+                 required: bool) -> None:
+    """
+    Add the noise of one edge, unless it is static, or has a covariance, which includes it.
+
+    :param child: the pose of the edge's child in the target. The others are those of
+        ``add_noise``.
+    """
+    history = step.history
+    if not moves(history) or known_covariances(tree, step.parent, history.child) is not None:
+        return
+    found = required_noise(tree, history) if required else _noise_of_edge(tree, history)
+    if found is not None:
+        errors.add(step, child[3:], child[:3], one_term(pack(
+            _share_of(history, stamp) * found.covariance).tobytes()))
+
+
+def _share_of(history: MovingHistory, stamp: int) -> float:
+    """Return the variance of the noise at a stamp, relative to that of a sample."""
+    stamps = history.columns().stamps if history.takes_samples else ()
+    after = bisect_left(stamps, stamp)
+    if not 0 < after < len(stamps):
+        return 1.0
+    ratio = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+    return ratio**2 + (1.0 - ratio)**2
