@@ -6,9 +6,8 @@ Poses beyond the newest data, bounded and marked, with a covariance that grows.
 
 An edge continues at its last twist; its rotation follows its gyroscope as long as there is
 data. The error of a prediction is unknown in advance. But the same prediction can be made from
-earlier samples, and compared with the samples that followed (``trials``). And the edge may begin
-to accelerate at any time (``accelerations``). The covariance is the sum of both. Without a limit
-of the accelerations, they are learnt; so there is nothing to tune.
+earlier samples, and compared with the samples that followed (``trials``). And the edge may stop
+at any time (``past``). So there is nothing to tune.
 """
 
 from collections.abc import Mapping, Sequence

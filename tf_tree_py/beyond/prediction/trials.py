@@ -4,7 +4,7 @@
 """
 How the errors of predictions grow, learnt from those that could have been made earlier.
 
-They start from up to 1,024 samples of the last 10 s, and are compared with the poses that
+They start from up to 512 samples of the last 10 s, and are compared with the poses that
 followed, for a ladder of times ahead. Each error has two parts: the noise of the samples that it
 is computed from, which is known (``uncertainty.noise``), and the change of the motion. The second
 moment of the rest is that of the change. Within about a period of the samples no pose is known
