@@ -176,3 +176,17 @@ def test_ugly_samples_do_not_change_what_was_learnt(seed, period):
                 fresh = buffer.snapshot().predict(*asked).covariance
                 np.testing.assert_allclose(
                     buffer.predict(*asked).covariance, fresh, rtol=1e-8, atol=1e-18)
+
+
+def test_late_sample_in_a_gap_lets_a_prediction_be_compared():
+    """Nothing followed the sample of 5.3 s, the only one of its cell, within 0.1 s."""
+    rng, buffer, late = np.random.default_rng(1), BufferCore(), 5360 * MS
+    for stamp in range(0, 12 * SECOND + 1, 20 * MS):
+        if stamp == 5300 * MS or not 4980 * MS < stamp < 5700 * MS:
+            buffer.insert('odom', 'base', stamp, Pose(x=rng.normal(scale=0.01)))
+    asked = 'odom', 'base', 12 * SECOND + 100 * MS, SECOND
+    before = buffer.predict(*asked).covariance[0, 0]
+    buffer.insert('odom', 'base', late, Pose(x=1.0))
+    after = buffer.predict(*asked).covariance[0, 0]
+    assert after != pytest.approx(before, rel=0.01)
+    assert after == pytest.approx(buffer.snapshot().predict(*asked).covariance[0, 0], rel=1e-9)

@@ -145,6 +145,17 @@ def test_variance_between_two_rungs_is_at_most_a_little_too_large(ahead):
     assert 0.999 < found.covariance[0, 0] / (0.4 * (h * h + 0.1 * h))**2 < 1.04
 
 
+@pytest.mark.parametrize('ahead', [10, 30, 50, 100])
+def test_change_within_a_period_is_that_of_an_acceleration(ahead):
+    """Nothing is known there, but how the error of an acceleration grows."""
+    buffer = BufferCore()
+    for stamp in range(0, 12 * SECOND + 1, 100 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=0.4 * (stamp / SECOND)**2))
+    found = buffer.predict('odom', 'base', 12 * SECOND + ahead * MS, SECOND, acceleration=STEADY)
+    h = ahead * 1e-3
+    assert 0.95 < found.covariance[0, 0] / (0.4 * (h * h + 0.1 * h))**2 < 1.3
+
+
 @pytest.mark.parametrize('step', [20 * MS, 470 * MS])
 def test_what_is_kept_of_earlier_predictions_changes_no_answer(step):
     """A buffer with many predictions returns the same results as one without."""

@@ -128,6 +128,16 @@ def test_lookup_uses_the_noise_only_if_asked():
     assert latest[2, 2] == pytest.approx(buffer.edge_noise('base').covariance[2, 2], rel=0.01)
 
 
+def test_between_two_samples_there_is_less_noise():
+    rng, buffer = np.random.default_rng(7), BufferCore()
+    for stamp in range(0, 12 * SECOND, 20 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=rng.normal(scale=0.01)))
+    whole = buffer.edge_noise('base').covariance[0, 0]
+    for part, share in ((0, 1.0), (5 * MS, 0.75**2 + 0.25**2), (10 * MS, 0.5)):
+        found = buffer.lookup_uncertain('odom', 'base', 8 * SECOND + part, learnt_noise=True)
+        assert found[1][0, 0] == pytest.approx(share * whole, rel=1e-9)
+
+
 def test_covariance_of_an_edge_includes_its_noise():
     buffer = driven(20 * MS)
     own = np.diag([1e-4] * 6)
