@@ -87,8 +87,7 @@ class Trials:
     def forget(self, history: MovingHistory, late: int) -> None:
         """Forget all errors that a sample may have changed, which arrived late."""
         for ahead, rung in self._rungs.items():
-            # Where no other sample followed in that time, now one may.
-            rung.sums.forget(unchanged_until(history, late) + 1 - ahead[0])
+            rung.sums.forget(unchanged_until(history, late) + 1)
             self._rungs[ahead] = _Rung(None, rung.sums, None)
 
     def errors(self, history: MovingHistory, span: Span, start: Start, ahead: int, until: int,
