@@ -12,15 +12,12 @@ import argparse
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
 import sys
 
 from .robot import Wheels
-from .tables import measured, settings_of, table
+from .tables import measured, put_into_page, settings_of, table
 
 RATES_HZ = (1.0, 5.0, 30.0)
-_PAGE = Path(__file__).parents[2] / 'docs' / 'oracle.md'
-_BEGIN, _END = '<!-- results: begin -->\n', '<!-- results: end -->\n'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,9 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(f'{tables[-1]}\n', flush=True)
             good = good and all(row.good for rows in columns for row in rows)
     if options.docs:
-        before, _, rest = _PAGE.read_text().partition(_BEGIN)
-        parts = [before, _BEGIN, '\n', '\n'.join(tables), '\n', _END, rest.partition(_END)[2]]
-        _PAGE.write_text(''.join(parts))
+        put_into_page('results', '\n'.join(tables))
     return 0 if good else 1
 
 

@@ -4,8 +4,8 @@
 """
 How often the covariance of a prediction covers its error: ``python3 -m benchmark.oracle.ahead``.
 
-Seven robots move for 24 s, and are predicted 38 times, each time for several times ahead. The
-table has the shares of the errors, in percent, inside the regions of 68 and of 95 %.
+Seven robots move for 24 s. They are predicted up to 38 times, each time for several times ahead.
+The table has the shares of the errors, in percent, inside the regions of 68 and of 95 %.
 """
 
 import argparse
@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
-from pathlib import Path
 import sys
 from typing import NamedTuple
 
@@ -25,6 +24,7 @@ from tf_tree_py.core.geometry.pose import Pose
 
 from .movers import FINE_HZ, MOVERS, sampled
 from .robot import Array, Motion, one
+from .tables import put_into_page
 
 RATES_HZ = (10, 50, 100, 500)
 # Parts of the samples' period, and milliseconds.
@@ -36,8 +36,6 @@ _FIRST_STAMP, _HORIZON = 1000 * _MS, 2000 * _MS
 # one of rounding.
 _CERTAIN, _ROUNDING = 1e-12, 1e-6
 _REGIONS = (0.6827, 0.95)
-_PAGE = Path(__file__).parents[2] / 'docs' / 'oracle.md'
-_BEGIN, _END = '<!-- predictions: begin -->\n', '<!-- predictions: end -->\n'
 
 
 class Setting(NamedTuple):
@@ -132,9 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found = table(options.seeds, options.rates)
     print(found)
     if options.docs:
-        before, _, rest = _PAGE.read_text().partition(_BEGIN)
-        _PAGE.write_text(''.join([before, _BEGIN, '\n', found, '\n', _END,
-                                  rest.partition(_END)[2]]))
+        put_into_page('predictions', found)
     return 0
 
 

@@ -5,10 +5,13 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from pathlib import Path
 
 from .drive import AGREEING, DRIVE, drive, JUMPING, Record, Setting
 from .judge import Drives, Row, rows_of
 from .robot import drift_by_way, Wheels
+
+_PAGE = Path(__file__).parents[2] / 'docs' / 'oracle.md'
 
 # The record of each story and setting.
 Seed = list[list[Record]]
@@ -52,3 +55,10 @@ def table(settings: Sequence[Setting], columns: Sequence[Sequence[Row]], seeds: 
         must = '; '.join(dict.fromkeys(row.must for row in rows))
         lines.append(f'| {rows[0].name} | {" | ".join(cells)} | {must} |')
     return '\n'.join(lines) + '\n'
+
+
+def put_into_page(name: str, tables: str) -> None:
+    """Put tables between the comments in docs/oracle.md that mark the begin and end of a part."""
+    begin, end = (f'<!-- {name}: {which} -->\n' for which in ('begin', 'end'))
+    before, _, rest = _PAGE.read_text().partition(begin)
+    _PAGE.write_text(''.join([before, begin, '\n', tables, '\n', end, rest.partition(end)[2]]))

@@ -113,6 +113,23 @@ def test_lookup_is_a_pose_with_covariance_and_waits_for_its_data(buffer, pool):
         buffer.lookup_uncertain('odom', 'camera', at(4.0))
 
 
+def test_lookup_waits_until_the_noise_is_learnt(pool):
+    rng, buffer = np.random.default_rng(1), Buffer()
+
+    def insert(numbers):
+        for number in numbers:
+            buffer.insert('odom', 'base', number * SECOND // 50, Pose(x=rng.normal(scale=0.01)))
+
+    insert(range(1, 10))
+    found = pool.submit(buffer.lookup_uncertain, 'odom', 'base', LATEST, PATIENCE,
+                        learnt_noise=True)
+    until_waiting(buffer, 1)
+    insert(range(10, 100))
+    covariance = uncertain_values(found.result().pose)[1]
+    assert 0.002 < np.sqrt(covariance[0, 0]) < 0.03 and not covariance[3:].any()
+    assert buffer.edge_noise('base').trials > 50
+
+
 def test_prediction_is_marked(buffer):
     found = buffer.predict('odom', 'camera', at(2.25), lasting(0.5))
     assert found.beyond == lasting(0.25)

@@ -157,6 +157,12 @@ def test_far_behind_an_edge_its_rotation_counts():
     assert covariance[5, 5] == pytest.approx(DEVIATIONS[5]**2, rel=0.5)
 
 
+def test_caller_cannot_change_what_was_learnt():
+    buffer = driven(20 * MS)
+    with pytest.raises(ValueError, match='read-only'):
+        buffer.edge_noise('base').covariance[0, 0] = 1.0
+
+
 # --- errors
 
 def test_too_few_samples_are_an_error_that_names_the_edge():

@@ -6,10 +6,10 @@ How the errors of predictions grow, learnt from those that could have been made 
 
 They start from up to 512 samples of the last 10 s, and are compared with the poses that
 followed, for a ladder of times ahead. Each error has two parts: the noise of the samples that it
-is computed from, which is known (``uncertainty.noise``), and the change of the motion. The second
-moment of the rest is that of the change. Within about a period of the samples no pose is known
-to compare with. There the change is that of a constant acceleration, which explains the
-errors after one and a half periods.
+is computed from, and the change of the motion. The noise is known (``uncertainty.noise``); what
+the squares of the errors contain beyond it is the square of the change. Within about a period of
+the samples there is no pose to compare with. There the change is that of a constant acceleration,
+whose size follows from the errors after one and a half periods.
 """
 
 from bisect import bisect_right
@@ -21,7 +21,7 @@ import numpy as np
 from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
-from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array, Number
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
@@ -29,8 +29,16 @@ from tf_tree_py.core.times import Stamps
 from .forecast import forecast, Start, start_at, TWIST_OVER, unchanged_until, unexpired_since
 from ..curves.aided import gyro_until
 from ..curves.gaps import BRIDGED
-from ..uncertainty.covariances import DIAGONAL, pack, PACKED_FLOATS, unpack
+from ..uncertainty.covariances import (
+    DIAGONAL,
+    errors_of,
+    pack,
+    PACKED_FLOATS,
+    packed_squares,
+    unpack,
+)
 from ..uncertainty.learning import Cells, chosen, Span, stamps_in, Sums, sums_by_cell
+from ..uncertainty.noise import between
 
 _Ahead = tuple[int, int]
 """A time ahead, nanoseconds, and how many eighths of it a gyroscope measured."""
@@ -50,10 +58,10 @@ _MEASURED_PARTS = 8
 _LATEST_GYRO = from_seconds(1.0)
 # The covariance of larger errors does not fit into floats.
 _LARGEST = 1e150
-# The errors change slowly. From n independent ones a variance is known to 2 / n of its square, and
-# those that are too small count most; so each is enlarged by 4 / n. Correlations are known less
-# well than variances, and change with the motion: they are reduced.
+# From n independent errors, a variance is enlarged by 2 / n: see ``noise``.
 _FEW = 2.0
+# Correlations change with the motion: at most this part of them counts. They are those of so many
+# more errors that show none.
 _MOST_CORRELATION, _PRIOR = 0.7, 6.0
 # The part of all cells over which the errors may be correlated.
 _CORRELATED = 0.25
@@ -80,7 +88,8 @@ class Trials:
 
     def __init__(self) -> None:
         self._rungs: dict[_Ahead, _Rung] = {}
-        # What was subtracted from the errors, and the same packed.
+        # The noise that the rungs are computed with, also packed. It is constant, so another
+        # object is another noise.
         self._noise: Array | None = None
         self._packed = np.zeros(PACKED_FLOATS)
 
@@ -172,7 +181,7 @@ def _of_noise(times: float, ratio: Number, is_last: Number) -> Number:
     """
     once = times * (1.0 - ratio)
     return (is_last * ((1.0 + once)**2 + once**2)
-            + (1.0 - is_last) * ((1.0 + times)**2 + times**2 * (ratio**2 + (1.0 - ratio)**2)))
+            + (1.0 - is_last) * ((1.0 + times)**2 + times**2 * between(ratio)))
 
 
 def _change_in(history: MovingHistory, rows: Array, ahead: _Ahead, cell: int,
@@ -247,13 +256,11 @@ def _errors(history: MovingHistory, span: Span, first: int, last: int, ahead: _A
         before, now = (track.at(stamps).T for stamps in (starts - TWIST_OVER, starts))
         twists = screws.log_many(se3.compose_many(se3.inverse_many(before), now))
         predicted = se3.compose_many(now, screws.exp_many(time / TWIST_OVER * twists))
-    off = se3.compose_many(se3.inverse_many(predicted), track.at(ends).T)
-    # In the convention of ``covariances``, in the axes of the predicted pose.
-    errors = np.concatenate([off[:, :3], so3.log_many(off[:, 3:])], axis=1)
+    # In the axes of the predicted poses.
+    errors = errors_of(se3.compose_many(se3.inverse_many(predicted), track.at(ends).T))
     check_size(history, float(np.abs(errors).max()))
-    squares = pack(errors[:, :, None] * errors[:, None, :])
     return sums_by_cell(span.cell, first, last, starts, np.concatenate(
-        [noise[:, None], squares], axis=1), used)
+        [noise[:, None], packed_squares(errors)], axis=1), used)
 
 
 def _compared(history: MovingHistory, span: Span, starts: Stamps, time: int,
@@ -270,7 +277,7 @@ def _compared(history: MovingHistory, span: Span, starts: Stamps, time: int,
     after = stamps[np.minimum(stamps.searchsorted(starts, side='right'), len(stamps) - 1)]
     starts = starts[(after > starts) & (after <= starts + time)]
     _, second, ratio = _between(stamps, starts + time)
-    noise = ratio**2 + (1.0 - ratio)**2
+    noise = between(ratio)
     if is_aided:
         return starts, noise + 1.0, second
     _, later, part = _between(stamps, starts - TWIST_OVER)

@@ -115,6 +115,16 @@ def pack(covariance: Array) -> Array:
     return np.asarray(covariance[..., _ROWS, _COLUMNS])
 
 
+def packed_squares(errors: Array) -> Array:
+    """Return the packed e e^T (n, 21) of errors e (n, 6)."""
+    return pack(errors[:, :, None] * errors[:, None, :])
+
+
+def errors_of(poses: Array) -> Array:
+    """Return how far poses (..., 7) are off the identity, (..., 6): metres and radians."""
+    return np.concatenate([poses[..., :3], so3.log_many(poses[..., 3:])], axis=-1)
+
+
 def unpack(packed: Array) -> Array:
     """Return the covariances (..., 6, 6) of packed ones (..., 21)."""
     return packed.take(_PLACES, axis=-1)

@@ -21,16 +21,24 @@ import numpy as np
 from tf_tree_py.core.edges.packed import POSE_FLOATS
 from tf_tree_py.core.edges.protocol import moves, MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
-from tf_tree_py.core.geometry import se3, so3
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.geometry.so3 import Array, Number
 from tf_tree_py.core.stamp import as_seconds, BEGINNING, LATEST
 from tf_tree_py.core.times import Mask, Stamps
 from tf_tree_py.core.tree.path import sample_of, Step
 from tf_tree_py.core.tree.tree import Tree
 
 from .covariance_history import known_covariances
-from .covariances import DIAGONAL, one_term, pack, PACKED_FLOATS, unpack
+from .covariances import (
+    DIAGONAL,
+    errors_of,
+    one_term,
+    pack,
+    PACKED_FLOATS,
+    packed_squares,
+    unpack,
+)
 from .learning import (
     Cells,
     changes,
@@ -54,10 +62,11 @@ _SMALLER = 0.8
 _LEAST = 8
 # Successive residuals have samples in common: so many count as one.
 _ALIKE = 2.6
-# As if so many more residuals had shown no correlation, and the factor of the covariance that so
-# few residuals require, times their number: a small sample underestimates some axes, and a
-# square relative to a variance is more sensitive to these.
-_PRIOR, _FEW = 6.0, 5.0
+# Correlations are those of so many more residuals that show none.
+_PRIOR = 6.0
+# From n independent residuals, a variance is enlarged by 5 / n: if it is too small for some axes,
+# the errors along these count for more than they do less along the others.
+_FEW = 5.0
 # Longer gaps, relative to the median of those around, say nothing about noise.
 _LONGEST_GAP = 4.0
 
@@ -67,8 +76,8 @@ class EdgeNoise(NamedTuple):
     The noise of the samples of an edge.
 
     :ivar covariance: (6, 6) of x, y, z and the rotation about x, y, z, metres^2 and radians^2, in
-        the axes of the child, about its origin.
-    :ivar trials: how many residuals it was learnt from.
+        the axes of the child, about its origin; read-only. Zeros for a curve, which is exact.
+    :ivar trials: how many residuals it was learnt from; 0 for a curve.
     """
 
     covariance: Array
@@ -112,8 +121,14 @@ class SampleNoise:
         return span, self._found
 
 
+def _constant(covariance: Array, trials: int) -> EdgeNoise:
+    """Return a noise that callers cannot change: it is cached, and compared by its identity."""
+    covariance.setflags(write=False)
+    return EdgeNoise(covariance, trials)
+
+
 # A curve is exact.
-_OF_CURVE = EdgeNoise(np.zeros((6, 6)), 0)
+_OF_CURVE = _constant(np.zeros((6, 6)), 0)
 
 
 def _noise_of(sums: Array) -> EdgeNoise | None:
@@ -130,7 +145,7 @@ def _noise_of(sums: Array) -> EdgeNoise | None:
         found *= np.outer(factor, factor)
     count = lower[0] / _ALIKE
     found = (count * found + _PRIOR * np.diag(found.diagonal())) / (count + _PRIOR)
-    return EdgeNoise(found * (1.0 + _FEW / count), int(lower[0]))
+    return _constant(found * (1.0 + _FEW / count), int(lower[0]))
 
 
 def _settled(history: MovingHistory) -> int:
@@ -163,8 +178,8 @@ def _residuals(history: MovingHistory, span: Span, first: int, last: int) -> Sum
         weights, usable = _divided_difference(stamps[around])
         within, around = within[usable], around[usable]
         terms[within, number, 0] = 1.0
-        off = np.einsum('nk,nki->ni', weights[usable], _offsets(poses[around]))
-        terms[within, number, 1:] = pack(off[:, :, None] * off[:, None, :])
+        terms[within, number, 1:] = packed_squares(np.einsum(
+            'nk,nki->ni', weights[usable], _offsets(poses[around])))
     used = stamps[np.minimum(places + max(_ORDERS), len(stamps) - 1)]
     return sums_by_cell(span.cell, first, last, starts, terms.reshape(
         len(starts), len(_ORDERS) * (1 + PACKED_FLOATS)), used)
@@ -192,8 +207,7 @@ def _divided_difference(stamps: Stamps) -> tuple[Array, Mask]:
 def _offsets(poses: Array) -> Array:
     """Return the offsets (n, k, 6) of successive poses (n, k, 7) from that in their middle."""
     middle = poses[:, poses.shape[1] // 2]
-    moved = se3.compose_many(se3.inverse_many(middle)[:, None, :], poses)
-    return np.concatenate([moved[..., :3], so3.log_many(moved[..., 3:])], axis=-1)
+    return errors_of(se3.compose_many(se3.inverse_many(middle)[:, None, :], poses))
 
 
 # --- the noise in a lookup
@@ -261,5 +275,9 @@ def _share_of(history: MovingHistory, stamp: int) -> float:
     after = bisect_left(stamps, stamp)
     if not 0 < after < len(stamps):
         return 1.0
-    ratio = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+    return between(1.0 * (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1]))
+
+
+def between(ratio: Number) -> Number:
+    """Return the variance of the noise between two samples, relative to that of a sample."""
     return ratio**2 + (1.0 - ratio)**2
