@@ -39,11 +39,11 @@ def anchored(**options):
 
 def test_nothing_is_published_before_two_agree():
     anchor = Anchor(LIMITS)
-    assert anchor.publish(0) is None
+    assert anchor.publish(0, ODOM_T_CAMERA) is None
     assert not anchor.update(sighting(0, AWAY)).accepted
-    assert not anchor.update(sighting(0)).accepted and anchor.publish(1) is None
+    assert not anchor.update(sighting(0)).accepted and anchor.publish(1, ODOM_T_CAMERA) is None
     assert anchor.update(sighting(SECOND)).accepted
-    assert_same_pose(anchor.publish(SECOND), MAP_T_ODOM, 1e-9, reach=50.0)
+    assert_same_pose(anchor.publish(SECOND, ODOM_T_CAMERA), MAP_T_ODOM, 1e-9, reach=50.0)
 
 
 def test_outlier_is_refused_and_changes_nothing():
@@ -116,12 +116,12 @@ def test_what_was_published_stays_and_the_camera_is_no_faster_than_stated():
             anchor.update(sighting(stamp - SECOND // 3,
                                    Pose.from_xyz_rpy(x=x, y=y, yaw=yaw) @ MAP_T_ODOM,
                                    100.0 * SURE))
-        published[stamp] = anchor.publish(stamp)
+        published[stamp] = anchor.publish(stamp, ODOM_T_CAMERA)
     poses = np.array([pose @ ODOM_T_CAMERA for pose in published.values()])
     gone, turned = se3.distance_many(poses[:-1], poses[1:])
     assert 0.01 < gone.max() * 50 <= LIMITS.max_speed + 1e-9
     assert turned.max() * 50 <= LIMITS.max_turn_rate + 1e-9
-    assert all(anchor.publish(stamp) == pose for stamp, pose in published.items())
+    assert all(anchor.publish(stamp, ODOM_T_CAMERA) == pose for stamp, pose in published.items())
 
 
 @for_each(speed=[1.0, 2.0], radius=[None, 3.0])
@@ -151,6 +151,24 @@ def test_frame_that_drives_on_is_no_faster_than_stated(speed, radius):
             before = published
         allowed = LIMITS.max_speed + LIMITS.max_turn_rate * speed / 20
         assert 0.1 < max(steps) * 20 <= allowed
+
+
+def test_edge_whose_frame_is_lost_turns_about_its_last_known_place():
+    """So the frame is also moved by the turn, times how far it has driven since."""
+    anchor, before, fastest = anchored(), None, 0.0
+    anchor.publish(SECOND, ODOM_T_CAMERA)
+    turned = MAP_T_ODOM @ ODOM_T_CAMERA @ Pose.from_xyz_rpy(yaw=0.5) @ ODOM_T_CAMERA.inverse()
+    for number in range(2, 8):
+        anchor.update(sighting(number * SECOND, turned))
+    for number in range(40):
+        here = Pose(y=0.1 * number) @ ODOM_T_CAMERA
+        published = anchor.publish(SECOND + number * SECOND // 20, None)
+        if before is not None:
+            step = 20 * math.dist(se3.apply(before, here[:3]), se3.apply(published, here[:3]))
+            assert step <= LIMITS.max_speed + LIMITS.max_turn_rate * 0.1 * number + 1e-9
+            fastest = max(fastest, step)
+        before = published
+    assert fastest > 1.5 * LIMITS.max_speed
 
 
 def test_after_a_kidnapping_it_says_how_far_it_still_has_to_go():
@@ -206,7 +224,7 @@ def test_what_was_published_more_than_a_minute_ago_is_refused():
             assert anchor.publish(stamp, ODOM_T_CAMERA) == pose
     for stamp in (0, 2 * SECOND, 31 * SECOND - 1):
         with pytest.raises(InvalidArgumentException, match=f'is known from {31 * SECOND} on'):
-            anchor.publish(stamp)
+            anchor.publish(stamp, ODOM_T_CAMERA)
 
 
 def test_what_is_not_finite_is_refused_with_a_reason():
@@ -345,7 +363,7 @@ def slipped(rate, seed, seconds=14.0):
             seen += period
         if anchor.held and believed is None and anchor.held.map_T_odom[0] < -0.8 * SLIP:
             believed = stamp
-        pose = anchor.publish(stamp)
+        pose = anchor.publish(stamp, ODOM_T_CAMERA)
         if pose is not None and stamp >= 2 * SECOND:
             told.append((stamp, pose[0] + SLIP))
     return np.array(told), believed

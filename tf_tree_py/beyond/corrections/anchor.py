@@ -262,7 +262,7 @@ class Anchor:
 
     # --- publishing
 
-    def publish(self, stamp: int, odom_T_frame: PoseTuple | None = None) -> Pose | None:
+    def publish(self, stamp: int, odom_T_frame: PoseTuple | None) -> Pose | None:
         """
         Return ``map_T_odom`` for a stamp, to be published; None without an estimate.
 
@@ -272,7 +272,9 @@ class Anchor:
         :param odom_T_frame: the newest pose of the frame in odom. The edge rotates about the
             frame, so the frame keeps to ``max_speed`` wherever it drives: the blend moves it by
             at most that, and ``max_turn_rate`` times the distance that it drives between two
-            calls. None: about its pose of the last call that had one, or else of the sighting.
+            calls. None: the pose is unknown. Then the edge rotates about the last known one, and
+            a frame that has driven on may exceed ``max_speed``: the blend moves it by up to
+            ``max_turn_rate`` times its distance from there, too.
         :raises InvalidArgumentException: the stamp is older than the first published one, or
             than the newest by more than a minute.
         """
