@@ -115,6 +115,42 @@ def test_between_two_poses_bounds_whatever_their_errors_have_in_common(ratio, rn
         assert np.linalg.eigvalsh(slack @ (errors.T @ errors / DRAWS) @ slack.T)[-1] < 1.06
 
 
+@pytest.mark.parametrize('turn', [0.1, 0.5, 2.5])
+@pytest.mark.parametrize('sigma', [0.01, 0.1])
+def test_bound_between_two_poses_lacks_the_squares_of_the_angles(sigma, turn, rng):
+    """They only matter in a direction of which much is known: see the page uncertainty."""
+    broken = 0.0
+    for _ in range(40):
+        # All odd moments are zero, and the second ones exact.
+        draws = rng.normal(size=(1000, 6))
+        draws = np.concatenate([draws, -draws])
+        draws = np.linalg.solve(np.linalg.cholesky(draws.T @ draws / len(draws)), draws.T).T
+        roots = np.zeros((2, 6, 6))
+        for root in roots:
+            thin = sigma * np.array([1.0, rng.choice([1.0, 1e-5]), 1e-5])
+            root[3:, 3:] = np.linalg.qr(rng.normal(size=(3, 3)))[0] * thin
+            root[:3, :3] = 1e-3 * np.eye(3)
+        before, after = roots @ roots.swapaxes(1, 2)
+        first = se3.IDENTITY
+        axis = rng.normal(size=3)
+        second = (0.0, 0.0, 0.0, *so3.exp(tuple(turn / np.linalg.norm(axis) * axis)))
+        ratio = rng.uniform(0.05, 0.95)
+        bound = between(first, second, before, after, ratio, False)
+        mixing = np.linalg.qr(rng.normal(size=(6, 6)))[0]
+        poses = [moved(np.tile(pose, (len(draws), 1)), white @ root.T)
+                 for pose, white, root in zip((first, second), (draws, draws @ mixing), roots,
+                                              strict=True)]
+        errors = errors_of(interpolated(*poses, ratio), se3.interpolate(first, second, ratio))
+        moment = (errors.T @ errors / len(errors))[3:, 3:]
+        angles = max(matrix[3:, 3:].trace() for matrix in (before, after))
+        least = (1.0 + 2.0 * angles) * bound[3:, 3:] + (turn * angles / 10.0)**2 * np.eye(3)
+        slack = np.linalg.inv(np.linalg.cholesky(least))
+        assert np.linalg.eigvalsh(slack @ moment @ slack.T)[-1] < 1.0
+        slack = np.linalg.inv(np.linalg.cholesky(bound[3:, 3:]))
+        broken = max(broken, np.linalg.eigvalsh(slack @ moment @ slack.T)[-1])
+    assert broken > 2.0
+
+
 def test_between_two_poses_with_the_same_error_is_its_covariance(rng):
     pose, _, covariance, _ = ends(rng)
     for ratio in (0.0, 0.25, 1.0):

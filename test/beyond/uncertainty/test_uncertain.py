@@ -43,6 +43,20 @@ def test_every_entry_is_what_draws_say(degrees, seed):
     assert_explained(covariance, tree.drawn(target, source))
 
 
+@pytest.mark.parametrize('lever', [1.0, 10.0])
+def test_first_order_lacks_the_squares_of_the_angles(lever):
+    """They only matter in a direction of which much is known: see the page uncertainty."""
+    buffer, yaw = BufferCore(), np.radians(0.99)**2
+    edge = np.diag([1e-12, 1e-12, 1e-12, 0.0, 0.0, yaw])
+    buffer.insert('map', 'base', 0, Pose(), static=True, covariance=edge)
+    buffer.insert('base', 'tool', 0, Pose(x=lever), static=True)
+    pose, covariance = buffer.lookup_uncertain('map', 'tool')
+    drawn = se3.compose_many(drawn_poses(np.random.default_rng(1), se3.IDENTITY, edge),
+                             np.array(Pose(x=lever)))
+    along = (errors_of(drawn, pose)[:, 0]**2).mean()
+    assert 1000.0 * covariance[0, 0] < along < covariance[0, 0] + (0.9 * lever * yaw)**2
+
+
 @pytest.mark.parametrize('seed', range(3))
 def test_covariance_is_that_of_gtsam(seed):
     gtsam = pytest.importorskip(

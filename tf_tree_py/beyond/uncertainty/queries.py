@@ -242,7 +242,7 @@ class UncertainQueries(ManyStampQueries):
         :param stamp: nanoseconds, or ``LATEST``.
         :param independent: whether one edge's errors at two of its stamps are independent.
             If not, they may be correlated in any way, and the result between two stamps is
-            an upper bound, which is appropriate for odometry.
+            an upper bound of first order, which is appropriate for odometry.
         :param learnt_noise: whether moving edges without a covariance have the noise that
             ``edge_noise`` returns. Without it they are certain.
         :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
