@@ -74,6 +74,8 @@ FAILING = {
     'lookup_joint': lambda tree: tree.lookup_joint('map', ['camera', 'base'], _SOON),
     'predict': lambda tree: tree.predict('map', 'camera', _LATER, SECOND),
     'lookup_twist': lambda tree: tf.lookup_twist(tree, 'camera', 'map', _LATER, SECOND),
+    'lookup_twist_uncertain': lambda tree: tf.lookup_twist_uncertain(
+        tree, 'camera', 'map', _LATER, SECOND),
     'lookup_twist_many': lambda tree: tf.lookup_twist_many(
         tree, 'camera', 'map', [_LATER], SECOND),
     'trajectory': lambda tree: tf.trajectory(tree, 'map', 'camera', [_SOON], outside='fail'),

@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # for type checkers; at runtime, __getattr__ below loads thes
     from tf_tree_py.beyond.motion.scans import deskew
     from tf_tree_py.beyond.motion.trajectory import POSE_COLUMNS, stamps_at_rate, trajectory
     from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many
+    from tf_tree_py.beyond.motion.uncertain_twist import lookup_twist_uncertain
     from tf_tree_py.beyond.uncertainty.gating import agreement, as_gtsam, from_gtsam
     from tf_tree_py.buffer_core import BufferCore, load, Snapshot
     from tf_tree_py.core import (
@@ -94,9 +95,9 @@ __all__ = [
     'Drop', 'EdgeInfo', 'ExtrapolationException', 'FlightRecorder', 'FramedPoints', 'FramedPose',
     'FrameMismatchError', 'from_gtsam', 'from_seconds', 'FutureExtrapolationException',
     'GyroListener', 'Incident', 'Interpolation', 'InvalidArgumentException', 'LATEST', 'Linear',
-    'load', 'lookup_twist', 'lookup_twist_many', 'LookupException', 'MessageFilter',
-    'NoDataException', 'NotImplementedException', 'PastExtrapolationException', 'Pose',
-    'POSE_COLUMNS', 'Poses', 'PoseSample', 'RefusedException', 'se3', 'shared_buffer',
+    'load', 'lookup_twist', 'lookup_twist_many', 'lookup_twist_uncertain', 'LookupException',
+    'MessageFilter', 'NoDataException', 'NotImplementedException', 'PastExtrapolationException',
+    'Pose', 'POSE_COLUMNS', 'Poses', 'PoseSample', 'RefusedException', 'se3', 'shared_buffer',
     'SharedTree', 'SharedTreeException', 'Sighting', 'Snapshot', 'Spline', 'SplineFitter',
     'StaleException', 'Stamped', 'stamps_at_rate', 'StaticTransformBroadcaster', 'Statistics',
     'time_message', 'TimeoutException', 'trajectory', 'transform_stamped', 'TransformBroadcaster',
@@ -117,6 +118,7 @@ _LATER = dict.fromkeys(__all__, 'core') | {
         'beyond.motion.scans': 'deskew',
         'beyond.motion.trajectory': 'POSE_COLUMNS stamps_at_rate trajectory',
         'beyond.motion.twist': 'lookup_twist lookup_twist_many',
+        'beyond.motion.uncertain_twist': 'lookup_twist_uncertain',
         'beyond.uncertainty.gating': 'agreement as_gtsam from_gtsam',
         'buffer_core': 'BufferCore load Snapshot',
         'health.doctor': 'Doctor',

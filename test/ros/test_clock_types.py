@@ -40,6 +40,8 @@ LOOKUPS = {
     'lookup_tree': lambda buffer, time: buffer.lookup_tree('map', time),
     'lookup_twist_many': lambda buffer, time: buffer.lookup_twist_many(
         'map', 'base', [time], lasting(1.0)),
+    'lookup_twist_uncertain': lambda buffer, time: buffer.lookup_twist_uncertain(
+        'map', 'base', time, lasting(1.0)),
     'snapshot': lambda buffer, time: buffer.snapshot().lookup('map', 'base', time),
 }
 
@@ -49,8 +51,8 @@ def time_of(clock_type, seconds=10):
 
 
 def fill(buffer):
-    for second in range(1, 20):
-        buffer.set_transform(transform('map', 'base', second), 'me')
+    for half in range(2, 39):
+        buffer.set_transform(transform('map', 'base', half / 2), 'me')
     return buffer
 
 

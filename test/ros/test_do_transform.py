@@ -20,6 +20,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from ros_helpers import at
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
+import tf_tree_py
 from tf_tree_py import Buffer, InvalidArgumentException, Pose as PlainPose
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.ros.messages import do_transform as functions, geometry
@@ -291,6 +292,22 @@ def test_velocity_says_what_moves_and_in_whose_axes(frame_and_linear):
     assert moved == message
     twists = buffer.lookup_twist_many('base', 'odom', [at(2)], interval, reference_frame=frame)
     assert twists[0] == expected
+
+
+def test_velocity_with_covariance_is_the_message_of_ros():
+    rng, buffer, interval = np.random.default_rng(1), Buffer(), Duration(seconds=0.2)
+    for step in range(100):
+        buffer.insert('odom', 'base', SECOND + step * SECOND // 10,
+                      PlainPose(x=0.2 * step + rng.normal(scale=0.01)))
+    message = buffer.lookup_twist_uncertain(
+        'base', 'odom', at(2), interval, reference_frame='base')
+    velocity, covariance = tf_tree_py.lookup_twist_uncertain(
+        buffer, 'base', 'odom', 2 * SECOND, SECOND // 5, reference_frame='base')
+    assert (message.header.frame_id, message.header.stamp) == ('base', at(2).to_msg())
+    assert numbers(message.twist.twist).tolist() == [*velocity.linear, *velocity.angular]
+    assert message.twist.covariance.tolist() == covariance.ravel().tolist()
+    assert covariance[0, 0] == pytest.approx(2.0 * (0.01 / 0.2)**2, rel=0.5)
+    assert deserialize_message(serialize_message(message), type(message)) == message
 
 
 @pytest.mark.parametrize(('cls', 'other'), [

@@ -262,12 +262,59 @@ def test_errors_are_told():
 
 
 @pytest.mark.parametrize('samples', [3, 200])
-def test_error_whose_square_is_too_large_is_refused_with_its_edge(samples):
+@pytest.mark.parametrize('size', [1e76, 1e160])
+def test_error_that_is_too_large_is_refused_with_its_edge(samples, size):
     buffer = BufferCore()
     for number in range(samples):
-        buffer.insert('odom', 'base', number * 20 * MS, Pose(x=1e154 * (number % 7)))
-    with pytest.raises(ExtrapolationException, match=r'odom -> base .* too large .*\n?.*samples'):
-        buffer.predict('odom', 'base', samples * 20 * MS, SECOND)
+        buffer.insert('odom', 'base', number * 20 * MS, Pose(x=size * (number % 7)))
+    for _ in range(2):
+        with pytest.raises(ExtrapolationException, match='odom -> base .* too far .*samples'):
+            buffer.predict('odom', 'base', samples * 20 * MS, SECOND)
+
+
+# --- scenes
+
+@pytest.mark.parametrize(('hertz', 'last'), [(1, 200), (50, 15), (10, 15)])
+def test_noise_that_is_not_known_yet_is_not_zero(hertz, last):
+    """GPS, of which there are never enough samples, and the first samples of any edge."""
+    rng, period, inside, asked = np.random.default_rng(1), SECOND // hertz, 0, 0
+    for _ in range(1 if hertz == 1 else 20):
+        buffer = BufferCore()
+        for number in range(last):
+            buffer.insert('map', 'gps', number * period, Pose(x=rng.normal()))
+            if number >= 5:
+                found = buffer.predict('map', 'gps', number * period + period // 100, SECOND)
+                inside += abs(found.pose.x) < 1.96 * np.sqrt(found.covariance[0, 0])
+                asked += 1
+    assert 0.8 * asked < inside and found.covariance[0, 0] < 4.0
+
+
+@pytest.mark.parametrize('far', [1.0, 50.0])
+@pytest.mark.parametrize('hertz', [10, 50])
+def test_first_fix_of_a_localisation_that_rested_is_predicted(hertz, far):
+    buffer, period = BufferCore(), SECOND // hertz
+    for number in range(10 * hertz + 30):
+        jumped = number >= 10 * hertz
+        buffer.insert('map', 'odom', number * period, Pose(x=far if jumped else 0.0))
+        for ahead in ((200 * MS, 5 * SECOND) if jumped else ()):
+            covariance = buffer.predict(
+                'map', 'odom', number * period + ahead, 6 * SECOND).covariance
+            assert np.isfinite(covariance).all() and np.linalg.eigvalsh(covariance)[0] >= -1e-12
+
+
+def test_second_sample_with_a_new_parent_is_enough():
+    buffer = BufferCore()
+    buffer.insert('world', 'hand', 0, Pose(), static=True)
+    for number in range(100):
+        buffer.insert('world', 'cup', number * 20 * MS, Pose(x=0.01 * number))
+    for number in range(100, 140):
+        buffer.insert('hand', 'cup', number * 20 * MS, Pose(x=0.01 * number))
+        asked = 'world', 'cup', number * 20 * MS + 10 * MS, SECOND
+        if number == 100:
+            with pytest.raises(ExtrapolationException, match='hand -> cup has one with this'):
+                buffer.predict(*asked)
+        else:
+            assert buffer.predict(*asked).pose.x == pytest.approx(0.01 * number + 0.005)
 
 
 def test_snapshot_predicts_too():

@@ -8,6 +8,7 @@ import pytest
 from tf_tree_py import BufferCore
 from tf_tree_py.core import (
     ExtrapolationException,
+    Interpolation,
     InvalidArgumentException,
     LookupException,
     Pose,
@@ -110,6 +111,21 @@ def test_noise_depends_on_the_samples_only():
                 buffer.snapshot().edge_noise('base').covariance, rtol=1e-9)
 
 
+def test_noise_of_short_bursts_is_not_taken_for_motion():
+    """The residuals of the higher order need seven samples without a gap."""
+    rng, expected = np.random.default_rng(7), 0.011
+    for length in (5, 6, 7, 8):
+        buffer = BufferCore()
+        for number in range(250):
+            buffer.insert('a', 'c', number * 20 * MS, Pose(x=rng.normal(scale=0.001)))
+        for burst in range(16):
+            for number in range(length):
+                buffer.insert('a', 'c', 5 * SECOND + (burst * 312 + number * 20) * MS,
+                              Pose(x=rng.normal(scale=0.02)))
+        found = np.sqrt(buffer.edge_noise('c').covariance[0, 0])
+        assert 0.4 * expected < found < 1.5 * expected, length
+
+
 # --- lookups
 
 def test_lookup_uses_the_noise_only_if_asked():
@@ -136,6 +152,48 @@ def test_between_two_samples_there_is_less_noise():
     for part, share in ((0, 1.0), (5 * MS, 0.75**2 + 0.25**2), (10 * MS, 0.5)):
         found = buffer.lookup_uncertain('odom', 'base', 8 * SECOND + part, learnt_noise=True)
         assert found[1][0, 0] == pytest.approx(share * whole, rel=1e-9)
+
+
+class Step(Interpolation):
+    """Keeps each sample until the next, as in docs/interpolation.md."""
+
+    def between(self, samples, index, stamp):
+        return samples.pose(index)
+
+
+def test_interpolation_that_takes_one_sample_has_its_noise():
+    rng, buffer = np.random.default_rng(7), BufferCore()
+    buffer.set_interpolation('base', Step())
+    for stamp in range(0, 12 * SECOND, 20 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=rng.normal(scale=0.01)))
+    for part in (0, 5 * MS, 10 * MS):
+        found = buffer.lookup_uncertain('odom', 'base', 8 * SECOND + part, learnt_noise=True)[1]
+        assert found[0, 0] == buffer.edge_noise('base').covariance[0, 0]
+
+
+def test_each_parent_has_the_noise_of_its_samples():
+    rng, buffer = np.random.default_rng(7), BufferCore()
+    buffer.insert('a', 'b', 0, Pose(), static=True)
+    for number in range(450):
+        parent, scale = ('a', 0.05) if number < 250 else ('b', 1e-4)
+        buffer.insert(parent, 'c', number * 20 * MS, Pose(x=rng.normal(scale=scale)))
+    for stamp, expected in ((2 * SECOND, 0.05), (7 * SECOND, 1e-4)):
+        for found in (buffer.lookup_uncertain('a', 'c', stamp, learnt_noise=True)[1],
+                      buffer.predict('a', 'c', stamp, SECOND).covariance):
+            assert np.sqrt(found[0, 0]) == pytest.approx(expected, rel=0.2)
+    buffer.insert('a', 'c', 10 * SECOND, Pose())
+    before = buffer.lookup_uncertain('a', 'c', 9 * SECOND - 20 * MS, learnt_noise=True)[1]
+    assert before[0, 0] < 1e-7
+    with pytest.raises(ExtrapolationException, match='a -> c is unknown'):
+        buffer.lookup_uncertain('a', 'c', learnt_noise=True)
+
+
+def test_latest_at_time_zero_has_its_noise():
+    rng, buffer = np.random.default_rng(7), BufferCore()
+    for stamp in range(-5 * SECOND, 1, 20 * MS):
+        buffer.insert('odom', 'base', stamp, Pose(x=rng.normal(scale=0.01)))
+    found = buffer.lookup_uncertain('odom', 'base', learnt_noise=True)[1]
+    assert found[0, 0] == buffer.edge_noise('base').covariance[0, 0]
 
 
 def test_covariance_of_an_edge_includes_its_noise():
@@ -167,11 +225,21 @@ def test_caller_cannot_change_what_was_learnt():
 
 def test_too_few_samples_are_an_error_that_names_the_edge():
     buffer = driven(20 * MS, until=200 * MS)
-    for ask in (lambda: buffer.edge_noise('base'),
-                lambda: buffer.lookup_uncertain('odom', 'base', learnt_noise=True)):
-        with pytest.raises(ExtrapolationException, match=(
-                r'noise of the edge odom -> base cannot be learnt yet.* has \d+ in all')):
-            ask()
+    with pytest.raises(ExtrapolationException, match=(
+            'noise of the edge odom -> base is unknown: to learn it takes some 16 samples')):
+        buffer.edge_noise('base')
+    with pytest.raises(ExtrapolationException, match='odom -> base is unknown') as raised:
+        buffer.lookup_uncertain('odom', 'base', learnt_noise=True)
+    assert (raised.value.target_frame, raised.value.source_frame) == ('odom', 'base')
+
+
+def test_samples_too_far_apart_are_an_error_each_time():
+    buffer = BufferCore()
+    for number in range(100):
+        buffer.insert('odom', 'base', number * 20 * MS, Pose(x=1e160 * (number % 7)))
+    for _ in range(2):
+        with pytest.raises(ExtrapolationException, match='odom -> base .* too far'):
+            buffer.edge_noise('base')
 
 
 def test_edges_without_samples_have_no_noise_to_learn():
@@ -181,6 +249,9 @@ def test_edges_without_samples_have_no_noise_to_learn():
         buffer.edge_noise('camera')
     with pytest.raises(InvalidArgumentException, match='odom.*it has no parent'):
         buffer.edge_noise('odom')
-    with pytest.raises(LookupException, match='"moon".*does not exist'):
+    buffer.clear()
+    with pytest.raises(InvalidArgumentException, match='base.*it has no parent'):
+        buffer.edge_noise('/base')
+    with pytest.raises(LookupException, match='edge_noise.*child does not exist'):
         buffer.edge_noise('moon')
     assert not buffer.lookup_uncertain('base', 'camera', learnt_noise=True)[1].any()

@@ -89,15 +89,14 @@ def _twist_at(tree: ManyStampQueries, tracking_frame: str, observation_frame: st
     frames, moving = _chain(tree, observation_frame, tracking_frame, stamp)
     twist = _AT_REST
     if moving:
-        oldest, newest, length = _window(moving, interval)
-        begin = min(max(stamp - length // 2, oldest), newest)
+        begin, end = _interval(moving, stamp, interval)
         for near, far in pairwise(frames):
             before, now, after = (tree.lookup_at(near, far, time)
-                                  for time in (begin, stamp, begin + length))
-            known = _twists_between(tree, near, far, np.array([stamp]))
+                                  for time in (begin, stamp, end))
+            known = twists_between(tree, near, far, np.array([stamp]))
             if known is None:
                 own = screws.log(se3.compose(se3.inverse(before), after))
-                factor = NANOSECONDS_PER_SECOND / length
+                factor = NANOSECONDS_PER_SECOND / (end - begin)
             else:
                 own, factor = tuple(known[0].tolist()), 1.0
             twist = screws.plus(carry(se3.inverse(now), twist), factor, own)
@@ -140,16 +139,30 @@ def lookup_twist_many(tree: ManyStampQueries, tracking_frame: str, observation_f
         oldest, newest, length = _window(moving, interval)
         begins = np.clip(times - length // 2, oldest, newest)
         for near, far in pairwise(frames):
-            before, now, after = (still.lookup_many(near, far, when)
+            before, now, after = (np.asarray(still.lookup_many(near, far, when))
                                   for when in (begins, times, begins + length))
-            own = _twists_between(still, near, far, times)
-            if own is None:
-                own = screws.log_many(np.asarray(before.inverse() @ after)) * (
-                    NANOSECONDS_PER_SECOND / length)
-            twists = carry_many(np.asarray(now.inverse()), twists) + own
+            twists = after_edge(twists, before, now, after, length,
+                                twists_between(still, near, far, times))
 
     poses[:, :3] -= points @ reference_point
     return carry_many(poses, twists)
+
+
+def after_edge(twists: Array, before: Array, now: Array, after: Array, length: int,
+               own: Array | None) -> Array:
+    """
+    Return the twists of frames in the axes of the next ones, with the motion of the edge.
+
+    :param twists: (N, 6) of the frames before the edge.
+    :param before: the edge's pose at the beginning of the interval, (N, 7); ``now``: at the
+        stamp; ``after``: at the end.
+    :param length: of the interval, nanoseconds.
+    :param own: the twists of the edge, (N, 6), if it provides them.
+    """
+    if own is None:
+        own = screws.log_many(se3.compose_many(se3.inverse_many(before), after)) * (
+            NANOSECONDS_PER_SECOND / length)
+    return carry_many(se3.inverse_many(now), twists) + own
 
 
 def _checked_interval(averaging_interval: int) -> int:
@@ -183,6 +196,20 @@ def _chain(tree: ManyStampQueries, first: str, last: str,
     return frames, [edge for edge in edges if not edge.static]
 
 
+def interval_at(tree: ManyStampQueries, tracking_frame: str, observation_frame: str, stamp: int,
+                averaging_interval: int) -> tuple[int, int] | None:
+    """Return the ends of the interval of a lookup that has an answer; None if nothing moves."""
+    moving = _chain(tree, observation_frame, tracking_frame, stamp)[1]
+    return _interval(moving, stamp, averaging_interval) if moving else None
+
+
+def _interval(moving: list[EdgeInfo], stamp: int, length: int) -> tuple[int, int]:
+    """Return the ends of the interval around a stamp."""
+    oldest, newest, length = _window(moving, length)
+    begin = min(max(stamp - length // 2, oldest), newest)
+    return begin, begin + length
+
+
 def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
     """
     Return the oldest and newest possible beginning of an interval, and its length.
@@ -201,7 +228,7 @@ def _window(moving: list[EdgeInfo], interval: int) -> tuple[int, int, int]:
     return oldest, last.latest - length, length
 
 
-def _twists_between(tree: ManyStampQueries, near: str, far: str, stamps: Stamps) -> Array | None:
+def twists_between(tree: ManyStampQueries, near: str, far: str, stamps: Stamps) -> Array | None:
     """
     Return the twist of a frame relative to its neighbour, (N, 6), in its own axes.
 

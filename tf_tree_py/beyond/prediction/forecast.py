@@ -33,18 +33,18 @@ class Start(NamedTuple):
     twist: Twist
 
 
-def start_at(history: MovingHistory, stamp: int) -> Start:
+def start_at(history: MovingHistory, stamp: int, oldest: int) -> Start:
     """
     Return the initial state of a prediction from a stamp.
 
-    :raises ExtrapolationException: there is only one sample.
+    :param oldest: the stamp of the first sample that counts.
+    :raises ExtrapolationException: there is no other sample.
     """
-    assert history.oldest_stamp is not None
-    length = min(TWIST_OVER, stamp - history.oldest_stamp)
-    if length <= 0 or history.parent_at(stamp - length) != history.parent:
+    length = min(TWIST_OVER, stamp - oldest)
+    if length <= 0:
         raise ExtrapolationException(
             f'A prediction requires two samples, and the edge {history.parent} -> {history.child} '
-            'has one under this parent')
+            'has one with this parent', blocked_on=((history.child, stamp + 1),))
     before, now = history.sample(stamp - length), history.sample(stamp)
     moved = se3.compose(se3.inverse(before), now)
     return Start(stamp, now, screws.times(1.0 / length, screws.log(moved)))

@@ -21,9 +21,9 @@ from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECO
 from tf_tree_py.screws import Twist
 
 from .forecast import motion, Start, start_at, TWIST_OVER
-from .trials import check_size, Trials
+from .trials import least_ahead, Trials
 from ..uncertainty.covariances import DIAGONAL, pack
-from ..uncertainty.learning import Span
+from ..uncertainty.learning import check_size, Span
 
 Limits = Sequence[float]
 """The largest acceleration along x, y, z (m/s^2) and about them (rad/s^2), in the child's axes."""
@@ -105,51 +105,50 @@ def _integrals(time: float, lag: float, lasts: float) -> tuple[float, float]:
             _UNIFORM * (twice + once * rest + speed * rest * rest / 2.0))
 
 
-# --- the past of an edge
+# --- the errors
 
-class Past:
-    """The earlier predictions of one edge; a learner of ``uncertainty.learning``."""
+def errors(trials: Trials, history: MovingHistory, span: Span, start: Start, ahead: int,
+           until: int, given: Limits | None, noise: Array | None, own: float) -> list[float]:
+    """
+    Return the covariance of a prediction's errors, packed, in the axes of the predicted pose.
 
-    __slots__ = ('_trials',)
+    If there are too few earlier predictions, the error is assumed to be as large as the
+    predicted motion, because the edge may have stopped.
 
-    def __init__(self, history: MovingHistory) -> None:
-        self._trials = Trials()
+    :param trials: the earlier predictions of the edge.
+    :param span: the time that counts.
+    :param start: at the newest sample.
+    :param ahead: nanoseconds.
+    :param until: the stamp up to which the edge's gyroscope is followed.
+    :param given: the largest accelerations; None: it may stop.
+    :param noise: of a sample (6, 6); None if unknown.
+    :param own: 1, or 0 if the noise of the newest sample itself is not included.
+    """
+    found = trials.errors(history, span, start, ahead, until, noise, own)
+    if found is None:
+        found = _as_large_as_the_motion(history, span, start, ahead, until, noise, own)
+    lag, lasts = as_seconds(round(max(span.period, TWIST_OVER))), math.inf
+    if given is None:
+        given, lag = _to_stop(history, span, start), min(lag, 2.0 * _STOPS_S)
+        lasts = _STOPS_S - lag / 2.0
+    least = deviations(screws.times(NANOSECONDS_PER_SECOND, start.twist), given, lasts, lag,
+                       as_seconds(ahead), as_seconds(until - start.stamp))
+    check_size(history, max(least))
+    for place, deviation in zip(_DIAGONAL, least, strict=True):
+        found[place] = max(found[place], deviation * deviation)
+    return found
 
-    def forget(self, history: MovingHistory, late: int) -> None:
-        """Forget all that a sample may have changed, which was inserted before the newest one."""
-        self._trials.forget(history, late)
 
-    def errors(self, history: MovingHistory, span: Span, start: Start, ahead: int, until: int,
-               given: Limits | None, noise: Array, own: float) -> list[float]:
-        """
-        Return the covariance of a prediction's errors, packed, in the axes of the predicted pose.
-
-        If there are too few earlier predictions, the error is assumed to be as large as the
-        predicted motion, because the edge may have stopped.
-
-        :param span: the time that counts.
-        :param start: at the newest sample.
-        :param ahead: nanoseconds.
-        :param until: the stamp up to which the edge's gyroscope is followed.
-        :param given: the largest accelerations; None: it may stop.
-        :param noise: of a sample (6, 6).
-        :param own: 1, or 0 if the noise of the newest sample itself is not included.
-        """
-        found = self._trials.errors(history, span, start, ahead, until, noise, own)
-        if found is None:
-            moved = np.array(screws.log(motion(history, start, start.stamp + ahead, until)))
-            check_size(history, float(np.abs(moved).max()))
-            found = pack(np.outer(moved, moved) + own * noise).tolist()
-        lag, lasts = as_seconds(round(max(span.period, TWIST_OVER))), math.inf
-        if given is None:
-            given, lag = _to_stop(history, span, start), min(lag, 2.0 * _STOPS_S)
-            lasts = _STOPS_S - lag / 2.0
-        least = deviations(screws.times(NANOSECONDS_PER_SECOND, start.twist), given, lasts, lag,
-                           as_seconds(ahead), as_seconds(until - start.stamp))
-        check_size(history, max(least))
-        for place, deviation in zip(_DIAGONAL, least, strict=True):
-            found[place] = max(found[place], deviation * deviation)
-        return found
+def _as_large_as_the_motion(history: MovingHistory, span: Span, start: Start, ahead: int,
+                            until: int, noise: Array | None, own: float) -> list[float]:
+    """Return the square of the predicted motion; unknown noise is in that of a period."""
+    if noise is None:
+        ahead = max(ahead, least_ahead(span), TWIST_OVER)
+    moved = np.array(screws.log(motion(history, start, start.stamp + ahead, until)))
+    check_size(history, float(np.abs(moved).max()))
+    square = np.outer(moved, moved)
+    packed: list[float] = pack(square if noise is None else square + own * noise).tolist()
+    return packed
 
 
 _DIAGONAL: tuple[int, ...] = tuple(DIAGONAL.tolist())
@@ -161,5 +160,5 @@ def _to_stop(history: MovingHistory, span: Span, start: Start) -> Limits:
     before = start.stamp - from_seconds(_STOPS_S)
     if before > span.oldest:
         speeds = [max(now, abs(then)) for now, then in zip(
-            speeds, start_at(history, before).twist, strict=True)]
+            speeds, start_at(history, before, span.oldest).twist, strict=True)]
     return screws.times(NANOSECONDS_PER_SECOND / _STOPS_S, speeds)

@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 import operator
 from typing import NamedTuple
 
-import numpy as np
 from tf_tree_py.core.edges.protocol import History, moves, MovingHistory
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
@@ -29,7 +28,8 @@ from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
 
 from .forecast import forecast, measured_until, start_at
-from .past import checked_limits, Limits, Past
+from .past import checked_limits, errors, Limits
+from .trials import Trials
 from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms
 from ..uncertainty.learning import Learnt
@@ -90,10 +90,6 @@ def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int,
     return _Way(tree, stamp, horizon, limits).along(steps)
 
 
-# The noise of an edge with too few samples.
-_UNKNOWN = np.zeros((6, 6))
-
-
 class _Way:
     """A path at a stamp for which some of its edges have no data."""
 
@@ -133,21 +129,22 @@ class _Way:
 
     def _predict(self, step: Step, history: MovingHistory, ahead: int) -> None:
         """Append a predicted edge, with the errors of the newest pose and of the prediction."""
-        start = start_at(history, self._stamp - ahead)
+        learnt = self._tree.companion_or_new(Learnt)
+        span, noise = learnt.of(history, SampleNoise).at(history, self._stamp - ahead)
+        start = start_at(history, self._stamp - ahead, span.oldest)
         until = measured_until(history, start.stamp, self._stamp)
         pose = forecast(history, start, self._stamp, until)
         before = self._go(step, pose)
         parent, child = (self._here, before) if step.upwards else (before, self._here)
-        learnt = self._tree.companion_or_new(Learnt)
-        span, known = learnt.of(history, SampleNoise).at(history, start.stamp)
         # The error of the newest pose also affects the prediction; a covariance includes noise.
         has_own = known_covariances(self._tree, step.parent, history.child) is not None
         terms = self._terms(step, start.stamp, start.pose)
         if terms is not None:
             self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms)
-        self._errors.add(step, child[3:], child[:3], packed_term(learnt.of(history, Past).errors(
-            history, span, start, ahead, until, self._limits.get(history.child),
-            _UNKNOWN if known is None else known.covariance, 0.0 if has_own else 1.0)))
+        self._errors.add(step, child[3:], child[:3], packed_term(errors(
+            learnt.of(history, Trials), history, span, start, ahead, until,
+            self._limits.get(history.child), None if noise is None else noise.covariance,
+            0.0 if has_own else 1.0)))
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:
@@ -209,6 +206,6 @@ class PredictionQueries(UncertainQueries):
             ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon, limits)
             if ahead is not None:
                 return ahead
-            found, pose, errors = self._errors_at(target_frame, source_frame, stamp, False)
-            add_noise(self._tree, errors, target_frame, source_frame, found, False)
-        return Prediction(Pose._make(pose), errors.total(pose[:3]), found, 0)
+            found, pose, known = self._errors_at(target_frame, source_frame, stamp, False)
+            add_noise(self._tree, known, target_frame, source_frame, found, stamp == LATEST, False)
+        return Prediction(Pose._make(pose), known.total(pose[:3]), found, 0)

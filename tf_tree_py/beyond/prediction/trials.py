@@ -20,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
-from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array, Number
 from tf_tree_py.core.stamp import from_seconds
@@ -36,9 +35,18 @@ from ..uncertainty.covariances import (
     PACKED_FLOATS,
     packed_squares,
     unpack,
+    with_less_correlation,
 )
-from ..uncertainty.learning import Cells, chosen, Span, stamps_in, Sums, sums_by_cell
-from ..uncertainty.noise import between
+from ..uncertainty.learning import (
+    Cells,
+    check_size,
+    chosen,
+    Span,
+    stamps_in,
+    Sums,
+    sums_by_cell,
+)
+from ..uncertainty.noise import between, PRIOR
 
 _Ahead = tuple[int, int]
 """A time ahead, nanoseconds, and how many eighths of it a gyroscope measured."""
@@ -56,15 +64,15 @@ _PERIODS = 1.5
 _MEASURED_PARTS = 8
 # A gyroscope that lags behind the poses by more is not waited for.
 _LATEST_GYRO = from_seconds(1.0)
-# The covariance of larger errors does not fit into floats.
-_LARGEST = 1e150
 # From n independent errors, a variance is enlarged by 2 / n: see ``noise``.
 _FEW = 2.0
-# Correlations change with the motion: at most this part of them counts. They are those of so many
-# more errors that show none.
-_MOST_CORRELATION, _PRIOR = 0.7, 6.0
+# Correlations change with the motion: at most this part of them counts.
+_MOST_CORRELATION = 0.7
 # The part of all cells over which the errors may be correlated.
 _CORRELATED = 0.25
+
+
+_NONE = np.zeros((6, 6))
 
 
 class _Rung(NamedTuple):
@@ -74,24 +82,26 @@ class _Rung(NamedTuple):
     :ivar cells: the length of a cell, and the first and the last one.
     :ivar sums: their sums.
     :ivar change: the packed covariance of the motion's change; None if there are too few cells.
+    :ivar noise: the variance of the noise in an error, relative to that of a sample.
     """
 
     cells: tuple[int, int, int] | None
     sums: Cells
     change: Array | None
+    noise: float = 1.0
 
 
 class Trials:
-    """The errors of earlier predictions of one edge, which may be cached; see ``learning``."""
+    """The errors of earlier predictions of one edge; a learner of ``uncertainty.learning``."""
 
     __slots__ = ('_rungs', '_noise', '_packed')
 
-    def __init__(self) -> None:
+    def __init__(self, history: MovingHistory) -> None:
         self._rungs: dict[_Ahead, _Rung] = {}
         # The noise that the rungs are computed with, also packed. It is constant, so another
         # object is another noise.
         self._noise: Array | None = None
-        self._packed = np.zeros(PACKED_FLOATS)
+        self._packed = pack(_NONE)
 
     def forget(self, history: MovingHistory, late: int) -> None:
         """Forget all errors that a sample may have changed, which arrived late."""
@@ -100,32 +110,35 @@ class Trials:
             self._rungs[ahead] = _Rung(None, rung.sums, None)
 
     def errors(self, history: MovingHistory, span: Span, start: Start, ahead: int, until: int,
-               noise: Array, own: float) -> list[float] | None:
+               noise: Array | None, own: float) -> list[float] | None:
         """
         Return the covariance of a prediction's errors, packed; None if there are too few trials.
 
-        :param noise: of a sample (6, 6). The other parameters are those of ``past.Past``.
+        :param noise: of a sample (6, 6); None if unknown. Then all errors may be noise, or
+            changes of the motion, and both are added.
+        :param own: 1, or 0 if the noise of the newest sample itself is not included. The other
+            parameters are those of ``past.errors``.
         """
         if noise is not self._noise:
-            self._noise, self._packed = noise, pack(noise)
+            self._noise, self._packed = noise, pack(_NONE if noise is None else noise)
             self._rungs = {ahead: _Rung(None, rung.sums, None)
                            for ahead, rung in self._rungs.items()}
-        tried = max(ahead, math.ceil(_PERIODS * span.period))
+        tried = max(ahead, least_ahead(span))
         is_aided = gyro_until(history) is not None
         grown = 0.0 if is_aided else _noise_at(history, start.stamp, ahead) - 1.0
         part = ahead / tried if is_aided else _part(ahead, tried, max(span.period, TWIST_OVER))
         total = (own + grown) * self._packed
-        for rung, weight in _rungs_around(tried, (until - start.stamp) / ahead):
-            change = self._change(history, span, rung, noise)
-            if change is None:
+        for ahead_by, weight in _rungs_around(tried, (until - start.stamp) / ahead):
+            rung = self._known(history, span, ahead_by)
+            if rung.change is None:
                 return None
-            total += weight * part * change
+            also_noise = (own + grown) / rung.noise if noise is None else 0.0
+            total += weight * (part + also_noise) * rung.change
         packed: list[float] = total.tolist()
         return packed
 
-    def _change(self, history: MovingHistory, span: Span, ahead: _Ahead,
-                noise: Array) -> Array | None:
-        """Return the covariance of the motion's change in a time ahead; None if unknown."""
+    def _known(self, history: MovingHistory, span: Span, ahead: _Ahead) -> _Rung:
+        """Return what is known of predictions for a time ahead."""
         oldest, cell = span.oldest, span.cell
         gyro = gyro_until(history)
         if gyro is not None:
@@ -142,10 +155,18 @@ class Trials:
         if rung.cells != (cell, first, last):
             rows = rung.sums.rows(cell, first, last, lambda begin, end: _errors(
                 history, span, begin, end, ahead))
-            rung = _Rung((cell, first, last), rung.sums, _change_in(
-                history, rows, ahead, cell, noise) if len(rows) >= _LEAST_CELLS else None)
+            rung = _Rung((cell, first, last), rung.sums, None)
+            if len(rows) >= _LEAST_CELLS:
+                count, noise = rows[:, :2].sum(axis=0).tolist()
+                rung = rung._replace(noise=noise / count, change=_change_in(
+                    history, rows, ahead, cell, noise / count * unpack(self._packed)))
             self._rungs[ahead] = rung
-        return rung.change
+        return rung
+
+
+def least_ahead(span: Span) -> int:
+    """Return the time ahead from which on there are earlier predictions, nanoseconds."""
+    return math.ceil(_PERIODS * span.period)
 
 
 def _part(ahead: float, tried: float, lag: float) -> float:
@@ -191,19 +212,19 @@ def _change_in(history: MovingHistory, rows: Array, ahead: _Ahead, cell: int,
 
     :param rows: the sums of cells: the count, the variance of the noise relative to that of a
         sample, and the squares of the errors.
+    :param noise: in the errors, (6, 6).
     """
-    count, known, *squares = rows.sum(axis=0).tolist()
+    count, _, *squares = rows.sum(axis=0).tolist()
     moment = unpack(np.array(squares) / count)
     check_size(history, math.sqrt(moment.max()))
-    units = np.sqrt(np.maximum(moment.diagonal(), np.finfo(float).tiny))
+    units = np.sqrt(np.maximum((moment + noise).diagonal(), np.finfo(float).tiny))
     scale = np.outer(units, units)
-    values, vectors = np.linalg.eigh((moment - known / count * noise) / scale)
+    values, vectors = np.linalg.eigh((moment - noise) / scale)
     change = (vectors * np.maximum(values, 0.0)) @ vectors.T
     number = _independent(rows[:, 2:][:, DIAGONAL] / rows[:, :1],
                           (ahead[0] + TWIST_OVER) / cell)
     mean = float(np.exp(np.log(number).mean()))
-    shared = _MOST_CORRELATION * mean / (mean + _PRIOR)
-    change = shared * change + (1.0 - shared) * np.diag(change.diagonal())
+    change = with_less_correlation(change, _MOST_CORRELATION * mean / (mean + PRIOR))
     factor = np.sqrt(1.0 + _FEW / number)
     return pack(change * scale * np.outer(factor, factor))
 
@@ -249,8 +270,8 @@ def _errors(history: MovingHistory, span: Span, first: int, last: int, ahead: _A
     ends = starts + time
     track = history.track(int(starts[0]) - TWIST_OVER, int(ends[-1]))
     if is_aided:
-        predicted = np.array([forecast(history, start_at(history, start), start + time,
-                                       start + measured * time // _MEASURED_PARTS)
+        predicted = np.array([forecast(history, start_at(history, start, span.oldest),
+                                       start + time, start + measured * time // _MEASURED_PARTS)
                               for start in starts.tolist()])
     else:
         before, now = (track.at(stamps).T for stamps in (starts - TWIST_OVER, starts))
@@ -306,15 +327,6 @@ def _is_final(history: MovingHistory, stamp: int, gyro: int) -> bool:
     newest = history.newest_stamp
     assert newest is not None
     return after < newest and (gyro < newest - _LATEST_GYRO or after + 2 * BRIDGED <= gyro)
-
-
-def check_size(history: MovingHistory, largest: float) -> None:
-    """Raise an exception if the square of an error does not fit into a float."""
-    if not largest < _LARGEST:
-        raise ExtrapolationException(
-            f'A prediction of the edge {history.parent} -> {history.child} would be off by up to '
-            f'{largest:g} m, whose square is too large for a covariance: find out which samples '
-            'of the edge are that far apart')
 
 
 @lru_cache(maxsize=64)

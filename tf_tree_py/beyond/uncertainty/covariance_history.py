@@ -69,7 +69,7 @@ error at the next pose, in the parent's axes, (3,), and the measured rotations b
 """
 
 
-def _closing_of(history: History) -> Closing | None:
+def closing_of(history: History) -> Closing | None:
     """Return what a gyroscope measured between the poses of a history; None if it has none."""
     closing: Closing | None = getattr(getattr(history, 'interpolation', None), 'closing', None)
     return closing
@@ -163,7 +163,7 @@ class Uncertainty(StampedRows):
         after = len(stamps) if history.is_static else bisect_right(stamps, stamp)
         if not 0 < after < len(stamps):
             return one_term(self._rows(max(after - 1, 0)))
-        if _closing_of(history) is not None:
+        if closing_of(history) is not None:
             rows = interpolated([self.around_poses(np.array([stamp]), history)], independent)
             return one_term(np.array(rows).tobytes())
         begin, end = stamps[after - 1], stamps[after]
@@ -191,7 +191,7 @@ class Uncertainty(StampedRows):
 def _turns(history: History, begins: Stamps, ends: Stamps,
            stamps: Stamps) -> tuple[Array, Array | None]:
     """Return the fields ``turn`` and ``back`` of ``Around``."""
-    closing = _closing_of(history)
+    closing = closing_of(history)
     if closing is None:
         return _turns_at_constant_rates(history, begins, ends), None
     turns, back = np.zeros((len(stamps), 3)), np.tile(np.eye(3), (len(stamps), 1, 1))

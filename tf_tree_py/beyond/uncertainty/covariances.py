@@ -130,6 +130,17 @@ def unpack(packed: Array) -> Array:
     return packed.take(_PLACES, axis=-1)
 
 
+def root_of(covariance: Array) -> Array:
+    """Return a root S of a covariance (n, n), so that S S^T is the covariance."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def with_less_correlation(covariance: Array, part: float) -> Array:
+    """Return a covariance (n, n) of which a part of all correlations remains, 0 to 1."""
+    return part * covariance + (1.0 - part) * np.diag(covariance.diagonal())
+
+
 # --- sums of terms
 
 Terms = tuple[tuple[float, ...], bytes, Bytes]

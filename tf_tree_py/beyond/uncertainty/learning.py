@@ -15,18 +15,21 @@ from typing import Any, cast, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from tf_tree_py.core.edges.protocol import MovingHistory
+from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.stamp import BEGINNING, FOREVER, from_seconds, mean_interval
 from tf_tree_py.core.times import Indices, Stamps
 from tf_tree_py.core.tree.companions import Companion
 
-_LATELY = from_seconds(10.0)
+LATELY = from_seconds(10.0)
 """Older samples do not count."""
 
 # There are at most this many cells, and that many samples are used of one.
 _MOST_CELLS, _MOST_SAMPLES = 32, 16
-# Curves have no samples, but have a pose at every stamp.
-_OF_CURVE = 8
+# Curves have no samples, but have a pose at every stamp: so many of them are used of a cell.
+_STARTS_ON_CURVE = 8
+# The fourth power of larger errors does not fit into floats.
+_LARGEST = 1e75
 
 
 class Learner(Protocol):
@@ -83,6 +86,19 @@ def parent_since(history: MovingHistory) -> int:
     return begin
 
 
+def check_size(history: MovingHistory, largest: float) -> None:
+    """
+    Raise an exception if errors are too large to be computed with.
+
+    :param largest: metres.
+    """
+    if not largest < _LARGEST:
+        raise ExtrapolationException(
+            f'Poses of the edge {history.parent} -> {history.child} are {largest:g} m away from '
+            'what its other samples lead to expect, too far for a covariance: find out which '
+            'samples of the edge are that far apart')
+
+
 # --- cells
 
 class Span(NamedTuple):
@@ -111,16 +127,16 @@ def span_of(history: MovingHistory, newest: int, since: int) -> Span:
     :param newest: the newest sample; ``since``: older samples do not count.
     """
     assert history.oldest_stamp is not None
-    oldest = max(history.oldest_stamp, newest - _LATELY)
+    oldest = max(history.oldest_stamp, newest - LATELY)
     # How often the span of the samples fits into the whole time, as a power of two.
-    halved = (_LATELY // max(newest - oldest, 1)).bit_length() - 1
+    halved = (LATELY // max(newest - oldest, 1)).bit_length() - 1
     before, period, begin = newest, 0.0, max(oldest, since)
     if history.takes_samples:
         stamps = history.columns().stamps
         place = bisect_left(stamps, newest)
         before = stamps[max(place - 1, 0)]
         period = mean_interval(newest - begin, place + 1 - bisect_left(stamps, begin))
-    return Span(begin, before, max(_LATELY // _MOST_CELLS >> max(halved, 0), 1), period)
+    return Span(begin, before, max(LATELY // _MOST_CELLS >> max(halved, 0), 1), period)
 
 
 class Sums(NamedTuple):
@@ -212,7 +228,7 @@ def chosen(history: MovingHistory, cell: int, first: int, last: int, most: int =
     """Return stamps of samples, evenly distributed over cells, with at most so many in each."""
     begin, end = first * cell, (last + 1) * cell
     if not history.takes_samples:
-        return np.arange(begin, end, max(cell // _OF_CURVE, 1), dtype=np.int64)
+        return np.arange(begin, end, max(cell // _STARTS_ON_CURVE, 1), dtype=np.int64)
     stamps = stamps_in(history, begin, end)
     begins = changes(stamps // cell)
     sizes = np.diff(np.append(begins, len(stamps)))

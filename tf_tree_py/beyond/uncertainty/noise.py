@@ -18,6 +18,7 @@ from bisect import bisect_left, bisect_right
 from typing import NamedTuple
 
 import numpy as np
+from tf_tree_py.core.edges.interpolation import is_linear, LINEAR
 from tf_tree_py.core.edges.packed import POSE_FLOATS
 from tf_tree_py.core.edges.protocol import moves, MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
@@ -29,7 +30,7 @@ from tf_tree_py.core.times import Mask, Stamps
 from tf_tree_py.core.tree.path import sample_of, Step
 from tf_tree_py.core.tree.tree import Tree
 
-from .covariance_history import known_covariances
+from .covariance_history import closing_of, known_covariances
 from .covariances import (
     DIAGONAL,
     errors_of,
@@ -38,15 +39,19 @@ from .covariances import (
     PACKED_FLOATS,
     packed_squares,
     unpack,
+    with_less_correlation,
 )
 from .learning import (
     Cells,
     changes,
+    check_size,
     chosen,
+    LATELY,
     Learnt,
     parent_since,
     Span,
     span_of,
+    stamps_in,
     Sums,
     sums_by_cell,
 )
@@ -58,12 +63,15 @@ from .uncertain import EdgeErrors
 _ORDERS = (4, 6)
 # The higher order counts if the variance along an axis is smaller than this part.
 _SMALLER = 0.8
+# Sums: of all residuals of the lower order, of those at whose place there is one of the higher
+# order, too, and of these.
+_PARTS = 3
 # With fewer residuals the noise is unknown.
 _LEAST = 8
 # Successive residuals have samples in common: so many count as one.
 _ALIKE = 2.6
 # Correlations are those of so many more residuals that show none.
-_PRIOR = 6.0
+PRIOR = 6.0
 # From n independent residuals, a variance is enlarged by 5 / n: if it is too small for some axes,
 # the errors along these count for more than they do less along the others.
 _FEW = 5.0
@@ -89,8 +97,8 @@ class SampleNoise:
 
     __slots__ = ('_since', '_cells', '_known', '_found')
 
-    def __init__(self, history: MovingHistory) -> None:
-        self._since = parent_since(history)
+    def __init__(self, history: MovingHistory, since: int | None = None) -> None:
+        self._since = parent_since(history) if since is None else since
         self._cells = Cells()
         # The cells that are known, and the answer.
         self._known: tuple[int, int, int] | None = None
@@ -114,10 +122,10 @@ class SampleNoise:
         if (span.cell, first, last) != self._known:
             last = min(last, _settled(history) // span.cell - 1)
         if (span.cell, first, last) != self._known:
-            self._known = span.cell, first, last
-            rows = self._cells.rows(*self._known, lambda begin, end: _residuals(
+            rows = self._cells.rows(span.cell, first, last, lambda begin, end: _residuals(
                 history, span, begin, end))
             self._found = _noise_of(rows.sum(axis=0)) if len(rows) else None
+            self._known = span.cell, first, last
         return span, self._found
 
 
@@ -133,19 +141,19 @@ _OF_CURVE = _constant(np.zeros((6, 6)), 0)
 
 def _noise_of(sums: Array) -> EdgeNoise | None:
     """Return the noise that the sum of all rows shows; None if there are too few residuals."""
-    lower, higher = sums[1:].reshape(len(_ORDERS), 1 + PACKED_FLOATS)
-    if lower[0] < _LEAST:
+    all_of_lower, lower, higher = sums[1:].reshape(_PARTS, 1 + PACKED_FLOATS)
+    if all_of_lower[0] < _LEAST:
         return None
-    found = unpack(lower[1:] / lower[0])
+    found = unpack(all_of_lower[1:] / all_of_lower[0])
     if higher[0] >= _LEAST:
         # A motion that the lower order does not explain adds to its residuals.
-        before = np.maximum(found.diagonal(), np.finfo(float).tiny)
-        part = higher[1:][DIAGONAL] / higher[0] / before
+        before = np.maximum(lower[1:][DIAGONAL], np.finfo(float).tiny)
+        part = higher[1:][DIAGONAL] / before
         factor = np.sqrt(np.where(part < _SMALLER, part, 1.0))
         found *= np.outer(factor, factor)
-    count = lower[0] / _ALIKE
-    found = (count * found + _PRIOR * np.diag(found.diagonal())) / (count + _PRIOR)
-    return _constant(found * (1.0 + _FEW / count), int(lower[0]))
+    count = all_of_lower[0] / _ALIKE
+    found = with_less_correlation(found, count / (count + PRIOR))
+    return _constant(found * (1.0 + _FEW / count), int(all_of_lower[0]))
 
 
 def _settled(history: MovingHistory) -> int:
@@ -160,7 +168,7 @@ def _settled(history: MovingHistory) -> int:
 
 
 def _residuals(history: MovingHistory, span: Span, first: int, last: int) -> Sums:
-    """Return the count and the sum of squares of each order, as rows of cells."""
+    """Return the counts and the sums of squares of ``_PARTS``, as rows of cells."""
     starts = chosen(history, span.cell, first, last)
     columns = history.columns()
     begin = bisect_left(columns.stamps, first * span.cell)
@@ -170,19 +178,21 @@ def _residuals(history: MovingHistory, span: Span, first: int, last: int) -> Sum
     lasting = np.append(changes(stamps)[1:], len(stamps)) - 1
     poses = np.asarray(columns.poses).reshape(-1, POSE_FLOATS)[begin + lasting]
     stamps = stamps[lasting]
-    terms = np.zeros((len(starts), len(_ORDERS), 1 + PACKED_FLOATS))
+    terms = np.zeros((len(starts), _PARTS, 1 + PACKED_FLOATS))
     places = stamps.searchsorted(starts)
-    for number, order in enumerate(_ORDERS):
+    for part, order in zip((0, 2), _ORDERS, strict=True):
         within = np.flatnonzero(places + order < len(stamps))
         around = places[within, None] + np.arange(order + 1)
         weights, usable = _divided_difference(stamps[around])
         within, around = within[usable], around[usable]
-        terms[within, number, 0] = 1.0
-        terms[within, number, 1:] = packed_squares(np.einsum(
-            'nk,nki->ni', weights[usable], _offsets(poses[around])))
+        errors = np.einsum('nk,nki->ni', weights[usable], _offsets(poses[around]))
+        check_size(history, float(np.abs(errors).max(initial=0.0)))
+        terms[within, part, 0] = 1.0
+        terms[within, part, 1:] = packed_squares(errors)
+    terms[:, 1] = terms[:, 0] * terms[:, 2, :1]
     used = stamps[np.minimum(places + max(_ORDERS), len(stamps) - 1)]
     return sums_by_cell(span.cell, first, last, starts, terms.reshape(
-        len(starts), len(_ORDERS) * (1 + PACKED_FLOATS)), used)
+        len(starts), _PARTS * (1 + PACKED_FLOATS)), used)
 
 
 def _divided_difference(stamps: Stamps) -> tuple[Array, Mask]:
@@ -212,41 +222,53 @@ def _offsets(poses: Array) -> Array:
 
 # --- the noise in a lookup
 
-def _noise_of_edge(tree: Tree, history: MovingHistory) -> EdgeNoise | None:
-    """Return the noise of an edge; None if there are too few samples. The tree is locked."""
+def _noise_of_edge(tree: Tree, history: MovingHistory, parent: str,
+                   stamp: int | None) -> EdgeNoise | None:
+    """Return ``required_noise``; None if there are too few samples."""
     newest = history.newest_stamp
-    return None if newest is None else tree.companion_or_new(Learnt).of(
-        history, SampleNoise).at(history, newest)[1]
+    if newest is None:
+        return None
+    if parent == history.parent or stamp is None:
+        return tree.companion_or_new(Learnt).of(history, SampleNoise).at(history, newest)[1]
+    # It had another parent then; that is rare, so this noise is not cached.
+    begin, end = next((begin, end) for _, begin, end in history.parents_between(
+        BEGINNING, newest + 1) if begin <= stamp < end)
+    return SampleNoise(history, begin).at(history, int(stamps_in(history, begin, end)[-1]))[1]
 
 
-def required_noise(tree: Tree, history: MovingHistory) -> EdgeNoise:
+def required_noise(tree: Tree, history: MovingHistory, parent: str,
+                   stamp: int | None = None) -> EdgeNoise:
     """
-    Return the noise of an edge; the tree is locked.
+    Return the noise of an edge at a stamp, or of its newest samples; the tree is locked.
 
+    :param parent: that of the edge then.
     :raises ExtrapolationException: there are too few samples.
     """
-    found = _noise_of_edge(tree, history)
+    found = _noise_of_edge(tree, history, parent, stamp)
     if found is None:
         raise ExtrapolationException(
-            f'The noise of the edge {history.parent} -> {history.child} cannot be learnt yet: '
-            f'that takes some {2 * _LEAST} samples with this parent, and the edge has '
-            f'{len(history)} in all',
+            f'The noise of the edge {parent} -> {history.child} is unknown: to learn it takes '
+            f'some {2 * _LEAST} samples of the last {as_seconds(LATELY):g} s with this parent, '
+            'and there are fewer. Give the edge a covariance if it is always that slow',
             blocked_on=((history.child, (history.newest_stamp or 0) + 1),))
     return found
 
 
-def add_noise(tree: Tree, errors: EdgeErrors, target: str, source: str, stamp: int,
+def add_noise(tree: Tree, errors: EdgeErrors, target: str, source: str, stamp: int, newest: bool,
               required: bool = True) -> None:
     """
     Add the learnt noise of all moving edges without a covariance to the errors of a lookup.
 
-    :param stamp: that of the answer; ``LATEST`` if all edges are static. The tree is locked.
+    :param stamp: that of the answer.
+    :param newest: whether the lookup was for ``LATEST``; that stays unresolved if all edges are
+        static. The tree is locked.
     :raises ExtrapolationException: an edge has too few samples, and its noise is required.
     """
-    if target == source or stamp == LATEST:
+    if target == source:
         return
     here = se3.IDENTITY
-    for step in steps_between(tree, target, source, stamp):
+    for step in steps_between(tree, target, source,
+                              None if newest and stamp == LATEST else stamp):
         pose = sample_of(step.history, stamp)
         before, here = here, se3.compose(here, se3.inverse(pose) if step.upwards else pose)
         add_noise_of(tree, errors, step, before if step.upwards else here, stamp, required)
@@ -255,27 +277,42 @@ def add_noise(tree: Tree, errors: EdgeErrors, target: str, source: str, stamp: i
 def add_noise_of(tree: Tree, errors: EdgeErrors, step: Step, child: PoseTuple, stamp: int,
                  required: bool) -> None:
     """
-    Add the noise of one edge, unless it is static, or has a covariance, which includes it.
+    Add the noise of one edge, unless it has no samples, or a covariance, which includes it.
 
     :param child: the pose of the edge's child in the target. The others are those of
         ``add_noise``.
     """
-    history = step.history
-    if not moves(history) or known_covariances(tree, step.parent, history.child) is not None:
+    parent, history, _ = step
+    if (not moves(history) or not history.takes_samples
+            or known_covariances(tree, parent, history.child) is not None):
         return
-    found = required_noise(tree, history) if required else _noise_of_edge(tree, history)
+    found = (required_noise if required else _noise_of_edge)(tree, history, parent, stamp)
     if found is not None:
-        errors.add(step, child[3:], child[:3], one_term(pack(
-            _share_of(history, stamp) * found.covariance).tobytes()))
+        share = sum(weight**2 for _, weight in sample_weights(history, stamp))
+        errors.add(step, child[3:], child[:3], one_term(pack(share * found.covariance).tobytes()))
 
 
-def _share_of(history: MovingHistory, stamp: int) -> float:
-    """Return the variance of the noise at a stamp, relative to that of a sample."""
-    stamps = history.columns().stamps if history.takes_samples else ()
+def sample_weights(history: MovingHistory, stamp: int) -> list[tuple[int, float]]:
+    """
+    Return the stamps of the samples around a stamp, and their weights in the pose there.
+
+    An interpolation of the caller's may take all from one sample, so one has the whole weight.
+    """
+    stamps = history.columns().stamps
     after = bisect_left(stamps, stamp)
     if not 0 < after < len(stamps):
-        return 1.0
-    return between(1.0 * (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1]))
+        return [(stamps[min(after, len(stamps) - 1)], 1.0)]
+    first, second = stamps[after - 1], stamps[after]
+    ratio = (stamp - first) / (second - first)
+    if not _is_blended(history):
+        return [(second if ratio > 0.5 else first, 1.0)]
+    return [(first, 1.0 - ratio), (second, ratio)]
+
+
+def _is_blended(history: MovingHistory) -> bool:
+    """Return whether the errors of two samples are weighted with the time between them."""
+    interpolation = getattr(history, 'interpolation', LINEAR)
+    return is_linear(interpolation) or closing_of(history) is not None
 
 
 def between(ratio: Number) -> Number:

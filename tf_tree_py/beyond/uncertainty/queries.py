@@ -23,11 +23,12 @@ from tf_tree_py.core.messages.observers import newest_of
 from tf_tree_py.core.stamp import LATEST
 from tf_tree_py.core.times import Stamp, Stamps, StampsLike
 from tf_tree_py.core.tree.path import Step
+from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.many_stamps import ManyStampQueries
 
 from .covariance_history import covariances_by_edge, known_covariances, Uncertainty
-from .covariances import ends_turned, rows_of, SKEW, unpack
+from .covariances import ends_turned, root_of, rows_of, SKEW, unpack
 from .noise import add_noise, EdgeNoise, required_noise
 from .propagation import SMALL_ANGLES, steps_between, with_shared_errors
 from .uncertain import (
@@ -184,15 +185,10 @@ def _interpolated(known: Uncertainty, edge: _Edge, stamp: int,
     errors: dict[_Cause, tuple[float, Array]] = {}
     for knot, weight, covariance, turn in both:
         if weight > 0.0:
-            root = _root(covariance)
+            root = root_of(covariance)
             root[3:] = (turn if ratio else np.eye(3)) @ root[3:]
             errors[edge, knot] = weight, root
     return errors
-
-
-def _root(covariance: Array) -> Array:
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _as_target_sees(way: _Way, roots: dict[_Asked, Array],
@@ -247,7 +243,7 @@ class UncertainQueries(ManyStampQueries):
             ``edge_noise`` returns. Without it they are certain.
         :return: the pose, and the covariance. ROS's ``Buffer`` returns a message.
 
-        It raises the errors of ``lookup``.
+        It raises the errors of ``lookup``; with ``learnt_noise`` also those of ``edge_noise``.
         """
         found = self._lookup_uncertain(
             target_frame, source_frame, stamp, independent, learnt_noise)
@@ -268,25 +264,28 @@ class UncertainQueries(ManyStampQueries):
         :raises InvalidArgumentException: it has no parent, or its edge is static.
         :raises ExtrapolationException: there are too few samples.
         """
+        child = child.removeprefix('/')
         with self._lock:
-            self._tree.paths.check_frame('child', child)
+            self._tree.paths.check_frame('child', child, 'edge_noise')
             history = self._tree.histories.get(child)
-            if history is None or not moves(history):
-                why = 'has no parent' if history is None else 'is static'
+            parent = None if history is None else history.parent
+            if history is None or parent is None or not moves(history):
+                why = 'has no parent' if parent is None else 'is static'
                 raise InvalidArgumentException(
                     f'Invalid argument child "{child}": its edge has no samples whose noise could '
                     f'be learnt, because it {why}')
-            return required_noise(self._tree, history)
+            return required_noise(self._tree, history, parent)
 
     def _lookup_uncertain(self, target_frame: str, source_frame: str, stamp: Stamp,
                           independent: bool, learnt_noise: bool = False,
                           *limit: SupportsIndex | None) -> Uncertain:
         """Return ``lookup_uncertain``; a limit is an argument of an overriding ``_errors_at``."""
-        with self._lock:
+        with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             found, pose, errors = self._errors_at(
                 target_frame, source_frame, stamp, independent, *limit)
             if learnt_noise:
-                add_noise(self._tree, errors, target_frame, source_frame, found)
+                add_noise(self._tree, errors, target_frame, source_frame, found,
+                          self._stamp_of(stamp) == LATEST)
         return Uncertain(found, pose, errors.total(pose[:3]))
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp,

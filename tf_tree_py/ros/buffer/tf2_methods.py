@@ -6,12 +6,20 @@
 from collections.abc import Callable
 from typing import Any, cast, SupportsIndex
 
-from geometry_msgs.msg import TransformStamped, Twist, Vector3, VelocityStamped
+from geometry_msgs.msg import (
+    TransformStamped,
+    Twist,
+    TwistWithCovariance,
+    TwistWithCovarianceStamped,
+    Vector3,
+    VelocityStamped,
+)
 import numpy.typing as npt
 from rclpy.clock_type import ClockType
 from rclpy.time import Time
 from std_msgs.msg import Header
 from tf_tree_py.beyond.motion.twist import lookup_twist, lookup_twist_many, ORIGIN, Velocity
+from tf_tree_py.beyond.motion.uncertain_twist import lookup_twist_uncertain
 from tf_tree_py.buffer_core import BufferCore, Snapshot
 from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
@@ -169,6 +177,27 @@ class CoreApi(BufferCore):
             as_nanoseconds(averaging_interval), reference_frame=reference_frame,
             reference_point=reference_point, reference_point_frame=reference_point_frame)
         return velocity_stamped(velocity, tracking_frame, observation_frame, reference_frame)
+
+    def lookup_twist_uncertain(self, tracking_frame: str, observation_frame: str, time: TimeLike,
+                               averaging_interval: DurationLike,
+                               **reference: Any) -> TwistWithCovarianceStamped:
+        """
+        Return a velocity with the covariance that follows from the noise of the samples.
+
+        See ``beyond.motion.uncertain_twist.lookup_twist_uncertain``.
+
+        :param time: an rclpy ``Time``, or a message's; zero is the latest.
+        :param averaging_interval: an rclpy ``Duration``.
+        :param reference: the keyword arguments of ``lookup_twist``.
+        :return: a message; its ``header.frame_id`` is the frame of the axes.
+        """
+        velocity, covariance = lookup_twist_uncertain(
+            self, tracking_frame, observation_frame, self._as_stamp(time),
+            as_nanoseconds(averaging_interval), **reference)
+        message = velocity_stamped(velocity, tracking_frame, observation_frame,
+                                   reference.get('reference_frame'))
+        return TwistWithCovarianceStamped(header=message.header, twist=TwistWithCovariance(
+            twist=message.velocity, covariance=covariance.ravel()))
 
     def lookup_twist_many(self, tracking_frame: str, observation_frame: str, stamps: npt.ArrayLike,
                           averaging_interval: DurationLike, **reference: Any) -> Array:
