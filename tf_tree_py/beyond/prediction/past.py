@@ -21,7 +21,7 @@ from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECO
 from tf_tree_py.screws import Twist
 
 from .forecast import motion, Start, start_at, TWIST_OVER
-from .trials import least_ahead, Trials
+from .trials import Trials
 from ..uncertainty.covariances import DIAGONAL, pack
 from ..uncertainty.learning import check_size, Span
 
@@ -141,13 +141,13 @@ def errors(trials: Trials, history: MovingHistory, span: Span, start: Start, ahe
 
 def _as_large_as_the_motion(history: MovingHistory, span: Span, start: Start, ahead: int,
                             until: int, noise: Array | None, own: float) -> list[float]:
-    """Return the square of the predicted motion; unknown noise is in that of a period."""
-    if noise is None:
-        ahead = max(ahead, least_ahead(span), TWIST_OVER)
+    """Return the square of the predicted motion; unknown noise is as large as that of a period."""
     moved = np.array(screws.log(motion(history, start, start.stamp + ahead, until)))
-    check_size(history, float(np.abs(moved).max()))
-    square = np.outer(moved, moved)
-    packed: list[float] = pack(square if noise is None else square + own * noise).tolist()
+    in_period = max(span.period, TWIST_OVER) * np.array(start.twist)
+    check_size(history, float(np.abs((moved, in_period)).max()))
+    if noise is None:
+        noise = np.outer(in_period, in_period)
+    packed: list[float] = pack(np.outer(moved, moved) + own * noise).tolist()
     return packed
 
 

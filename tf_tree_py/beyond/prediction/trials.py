@@ -123,7 +123,7 @@ class Trials:
             self._noise, self._packed = noise, pack(_NONE if noise is None else noise)
             self._rungs = {ahead: _Rung(None, rung.sums, None)
                            for ahead, rung in self._rungs.items()}
-        tried = max(ahead, least_ahead(span))
+        tried = max(ahead, math.ceil(_PERIODS * span.period))
         is_aided = gyro_until(history) is not None
         grown = 0.0 if is_aided else _noise_at(history, start.stamp, ahead) - 1.0
         part = ahead / tried if is_aided else _part(ahead, tried, max(span.period, TWIST_OVER))
@@ -162,11 +162,6 @@ class Trials:
                     history, rows, ahead, cell, noise / count * unpack(self._packed)))
             self._rungs[ahead] = rung
         return rung
-
-
-def least_ahead(span: Span) -> int:
-    """Return the time ahead from which on there are earlier predictions, nanoseconds."""
-    return math.ceil(_PERIODS * span.period)
 
 
 def _part(ahead: float, tried: float, lag: float) -> float:
