@@ -6,7 +6,7 @@
 import gc
 import re
 
-from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped, Twist
 from inputs import for_each
 from nav_msgs.msg import Odometry
 import numpy as np
@@ -23,7 +23,15 @@ from ros_helpers import (
     until_waiting,
 )
 from sensor_msgs.msg import Imu
-from tf_tree_py import Buffer, CovarianceListener, FutureExtrapolationException, GyroListener, Pose
+from tf_tree_py import (
+    Buffer,
+    CovarianceListener,
+    FutureExtrapolationException,
+    GyroListener,
+    InvalidArgumentException,
+    Pose,
+    screws,
+)
 from tf_tree_py.beyond.curves.aided import gyro_of
 from tf_tree_py.beyond.uncertainty.covariances import composed
 from tf_tree_py.beyond.uncertainty.insertion import insert_covariance
@@ -143,6 +151,19 @@ def test_prediction_is_marked(buffer):
     assert buffer.predict('odom', 'camera', at(1.5), lasting(0.5)).beyond == lasting(0)
     with pytest.raises(FutureExtrapolationException, match='prediction, 500 ms'):
         buffer.predict('odom', 'camera', at(2.75), lasting(0.5))
+
+
+def test_prediction_takes_the_twist_that_was_commanded(buffer):
+    command = Twist()
+    command.linear.x, command.angular.z = 0.8, 0.1
+    for twist in (command, (0.8, 0.0, 0.0, 0.0, 0.0, 0.1)):
+        found = buffer.predict('odom', 'base', at(2.5), lasting(0.5), twist={'base': twist})
+        moved = buffer.lookup('odom', 'base') @ Pose._make(screws.exp(
+            (0.4, 0.0, 0.0, 0.0, 0.0, 0.05)))
+        assert found.pose.pose.pose.position.x == pytest.approx(moved.x)
+        assert found.pose.pose.pose.position.y == pytest.approx(moved.y)
+    with pytest.raises(InvalidArgumentException, match='twist 3: it maps child frames'):
+        buffer.predict('odom', 'base', at(2.5), lasting(0.5), twist=3)
 
 
 def test_uncertainty_of_the_way_is_added_on_demand(buffer):

@@ -10,11 +10,13 @@ from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.errors import ExtrapolationException
 from tf_tree_py.core.geometry import se3, so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
-from tf_tree_py.core.stamp import BEGINNING, from_seconds
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import as_seconds, BEGINNING, from_seconds
 from tf_tree_py.screws import Twist
 
 from ..curves.aided import gyro_until, turn_of
 from ..curves.gaps import BRIDGED
+from ..uncertainty.learning import Span
 
 TWIST_OVER = from_seconds(0.1)
 """A prediction uses the mean twist over this time before its first sample."""
@@ -33,6 +35,26 @@ class Start(NamedTuple):
     twist: Twist
 
 
+class Asked(NamedTuple):
+    """
+    A prediction of an edge.
+
+    :ivar span: the time of which something is learnt.
+    :ivar start: at the newest sample.
+    :ivar ahead: nanoseconds.
+    :ivar until: the stamp up to which the edge's gyroscope is followed.
+    :ivar noise: of a sample (6, 6); None if unknown.
+    :ivar own: 1, or 0 if the noise of the newest sample itself is not included.
+    """
+
+    span: Span
+    start: Start
+    ahead: int
+    until: int
+    noise: Array | None
+    own: float
+
+
 def start_at(history: MovingHistory, stamp: int, oldest: int) -> Start:
     """
     Return the initial state of a prediction from a stamp.
@@ -48,6 +70,11 @@ def start_at(history: MovingHistory, stamp: int, oldest: int) -> Start:
     before, now = history.sample(stamp - length), history.sample(stamp)
     moved = se3.compose(se3.inverse(before), now)
     return Start(stamp, now, screws.times(1.0 / length, screws.log(moved)))
+
+
+def start_with(history: MovingHistory, stamp: int, twist: Twist) -> Start:
+    """Return the initial state of a prediction with a known twist, per second."""
+    return Start(stamp, history.sample(stamp), screws.times(as_seconds(1), twist))
 
 
 def forecast(history: MovingHistory, start: Start, end: int, until: int) -> PoseTuple:

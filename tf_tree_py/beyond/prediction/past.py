@@ -9,18 +9,19 @@ lately, and it may stop at any time. So the deviation along and about each axis 
 an edge that stops within half a second, or accelerates up to a given limit.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import math
 
 import numpy as np
 from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
-from tf_tree_py.core.errors import InvalidArgumentException
-from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.errors import ExtrapolationException, InvalidArgumentException
+from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.screws import Twist
 
-from .forecast import motion, Start, start_at, TWIST_OVER
+from .commanded import Commands
+from .forecast import Asked, motion, Start, start_at, TWIST_OVER
 from .trials import Trials
 from ..uncertainty.covariances import DIAGONAL, pack
 from ..uncertainty.learning import check_size, Span
@@ -28,31 +29,63 @@ from ..uncertainty.learning import check_size, Span
 Limits = Sequence[float]
 """The largest acceleration along x, y, z (m/s^2) and about them (rad/s^2), in the child's axes."""
 
+ByChild = Mapping[str, Sequence[float]]
+"""Six numbers along and about x, y, z in the child's axes, by child frame."""
+
 # An edge may stop within half a second.
 _STOPS_S = 0.5
 # The deviation of a uniform distribution, relative to its limit.
 _UNIFORM = 1.0 / math.sqrt(3.0)
+_AT_REST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def checked_limits(given: Mapping[str, Limits] | None) -> dict[str, Limits]:
+def checked_limits(given: ByChild | None) -> dict[str, Limits]:
     """
     Return a caller's limits by child frame.
 
-    :param given: a mapping from frames to six numbers each; None: no limits.
     :raises InvalidArgumentException: something else.
     """
-    limits: dict[str, Limits] = {}
-    try:
-        for child, each in ({} if given is None else given).items():
-            x, y, z, rx, ry, rz = limits[child.removeprefix('/')] = [*map(float, each)]
-            if not all(0.0 <= limit < math.inf for limit in (x, y, z, rx, ry, rz)):
-                raise ValueError
-    except (AttributeError, TypeError, ValueError):
+    limits = _six_by_child(given)
+    if limits is None or any(limit < 0.0 for each in limits.values() for limit in each):
         raise InvalidArgumentException(
             f'Invalid argument acceleration {given!r:.80}: it maps child frames to six limits '
             'each, along x, y, z (m/s^2) and about x, y, z (rad/s^2), such as '
-            "{'base_link': (3.0, 0.0, 0.0, 0.0, 0.0, 4.0)}; none may be negative") from None
+            "{'base_link': (3.0, 0.0, 0.0, 0.0, 0.0, 4.0)}; none may be negative")
     return limits
+
+
+def checked_twists(given: ByChild | None, limited: Iterable[str]) -> dict[str, Twist]:
+    """
+    Return a caller's velocities by child frame.
+
+    :param limited: the frames whose acceleration is limited, which may have no velocity.
+    :raises InvalidArgumentException: something else.
+    """
+    twists = _six_by_child(given)
+    if twists is None:
+        raise InvalidArgumentException(
+            f'Invalid argument twist {given!r:.80}: it maps child frames to six finite numbers '
+            'each, the velocity along x, y, z (m/s) and about x, y, z (rad/s), such as '
+            "{'base_link': (0.5, 0.0, 0.0, 0.0, 0.0, 0.2)}")
+    both = sorted(twists.keys() & set(limited))
+    if both:
+        raise InvalidArgumentException(
+            f'Invalid arguments twist and acceleration: both are given for "{both[0]}"; a '
+            'velocity is kept, so no acceleration is possible')
+    return {child: screws.times(1.0, each) for child, each in twists.items()}
+
+
+def _six_by_child(given: ByChild | None) -> dict[str, Sequence[float]] | None:
+    """Return six finite numbers of each frame; None for something else."""
+    numbers: dict[str, Sequence[float]] = {}
+    try:
+        for child, each in ({} if given is None else given).items():
+            numbers[child.removeprefix('/')] = found = [*map(float, each)]
+            if len(found) != 6 or not all(map(math.isfinite, found)):
+                return None
+    except (AttributeError, TypeError, ValueError):
+        return None
+    return numbers
 
 
 # --- the errors of an edge that accelerates
@@ -107,8 +140,8 @@ def _integrals(time: float, lag: float, lasts: float) -> tuple[float, float]:
 
 # --- the errors
 
-def errors(trials: Trials, history: MovingHistory, span: Span, start: Start, ahead: int,
-           until: int, given: Limits | None, noise: Array | None, own: float) -> list[float]:
+def errors(trials: Trials, history: MovingHistory, asked: Asked,
+           given: Limits | None) -> list[float]:
     """
     Return the covariance of a prediction's errors, packed, in the axes of the predicted pose.
 
@@ -116,38 +149,60 @@ def errors(trials: Trials, history: MovingHistory, span: Span, start: Start, ahe
     predicted motion, because the edge may have stopped.
 
     :param trials: the earlier predictions of the edge.
-    :param span: the time that counts.
-    :param start: at the newest sample.
-    :param ahead: nanoseconds.
-    :param until: the stamp up to which the edge's gyroscope is followed.
     :param given: the largest accelerations; None: it may stop.
-    :param noise: of a sample (6, 6); None if unknown.
-    :param own: 1, or 0 if the noise of the newest sample itself is not included.
     """
-    found = trials.errors(history, span, start, ahead, until, noise, own)
+    found = trials.errors(history, asked)
     if found is None:
-        found = _as_large_as_the_motion(history, span, start, ahead, until, noise, own)
+        found = _as_large_as_the_motion(history, asked)
+    span, start = asked.span, asked.start
     lag, lasts = as_seconds(round(max(span.period, TWIST_OVER))), math.inf
     if given is None:
         given, lag = _to_stop(history, span, start), min(lag, 2.0 * _STOPS_S)
         lasts = _STOPS_S - lag / 2.0
     least = deviations(screws.times(NANOSECONDS_PER_SECOND, start.twist), given, lasts, lag,
-                       as_seconds(ahead), as_seconds(until - start.stamp))
+                       as_seconds(asked.ahead), as_seconds(asked.until - start.stamp))
     check_size(history, max(least))
     for place, deviation in zip(_DIAGONAL, least, strict=True):
         found[place] = max(found[place], deviation * deviation)
     return found
 
 
-def _as_large_as_the_motion(history: MovingHistory, span: Span, start: Start, ahead: int,
-                            until: int, noise: Array | None, own: float) -> list[float]:
+def _as_large_as_the_motion(history: MovingHistory, asked: Asked) -> list[float]:
     """Return the square of the predicted motion; unknown noise is as large as that of a period."""
+    span, start, ahead, until, noise, own = asked
     moved = np.array(screws.log(motion(history, start, start.stamp + ahead, until)))
     in_period = max(span.period, TWIST_OVER) * np.array(start.twist)
     check_size(history, float(np.abs((moved, in_period)).max()))
     if noise is None:
         noise = np.outer(in_period, in_period)
     packed: list[float] = pack(np.outer(moved, moved) + own * noise).tolist()
+    return packed
+
+
+def errors_with_command(commands: Commands, trials: Trials, history: MovingHistory,
+                        asked: Asked) -> list[float]:
+    """
+    Return the covariance of a prediction with a command, packed.
+
+    Before there are enough earlier ones, the edge may also do what it did before: the covariance
+    is that without a command, plus the square of the difference that the command makes.
+
+    :param asked: with the command at the start.
+    """
+    found = commands.errors(history, asked)
+    if found is not None:
+        return found
+    end = asked.start.stamp + asked.ahead
+    commanded = motion(history, asked.start, end, asked.until)
+    try:
+        free = start_at(history, asked.start.stamp, asked.span.oldest)
+    except ExtrapolationException:  # it has only one sample, so it may also stay there
+        free = asked.start._replace(twist=_AT_REST)
+    off = np.array(screws.log(se3.compose(
+        se3.inverse(commanded), motion(history, free, end, asked.until))))
+    check_size(history, float(np.abs(off).max()))
+    without = errors(trials, history, asked._replace(start=free), None)
+    packed: list[float] = (np.array(without) + pack(np.outer(off, off))).tolist()
     return packed
 
 

@@ -10,7 +10,7 @@ earlier samples, and compared with the samples that followed (``trials``). And t
 at any time (``past``). So there is nothing to tune.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 import operator
 from typing import NamedTuple
 
@@ -20,15 +20,24 @@ from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.messages.observers import asked
+from tf_tree_py.core.messages import observers
 from tf_tree_py.core.stamp import format_span, LATEST
 from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.queries import FramesInErrors
 from tf_tree_py.core.tree.tree import Tree
+from tf_tree_py.screws import Twist
 
-from .forecast import forecast, measured_until, start_at
-from .past import checked_limits, errors, Limits
+from .commanded import Commands
+from .forecast import Asked, forecast, measured_until, start_at, start_with
+from .past import (
+    ByChild,
+    checked_limits,
+    checked_twists,
+    errors,
+    errors_with_command,
+    Limits,
+)
 from .trials import Trials
 from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms
@@ -73,29 +82,29 @@ def _checked_horizon(horizon: int) -> int:
 
 
 def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int,
-              limits: Mapping[str, Limits]) -> Prediction | None:
+              limits: Mapping[str, Limits], twists: Mapping[str, Twist]) -> Prediction | None:
     """
     Return a pose beyond the newest data, as ``Queries.predict``, with the lock held.
 
-    :param limits: of the accelerations, by child frame.
+    :param limits: of the accelerations, by child frame; ``twists``: per second, likewise.
     :return: None if all data reaches the stamp.
     """
     if stamp == LATEST or target == source:
         return None
     path = tree.paths.newest_path(target, source)
-    newest = path.latest_common_time()
-    if newest == LATEST or stamp <= newest:
+    if not path.moving or stamp <= path.latest_common_time():
         return None
     steps = path.steps() if path.fixed else steps_between(tree, target, source, None)
-    return _Way(tree, stamp, horizon, limits).along(steps)
+    return _Way(tree, stamp, horizon, limits, twists).along(steps)
 
 
 class _Way:
     """A path at a stamp for which some of its edges have no data."""
 
     def __init__(self, tree: Tree, stamp: int, horizon: int,
-                 limits: Mapping[str, Limits]) -> None:
-        self._tree, self._stamp, self._horizon, self._limits = tree, stamp, horizon, limits
+                 limits: Mapping[str, Limits], twists: Mapping[str, Twist]) -> None:
+        self._tree, self._stamp, self._horizon = tree, stamp, horizon
+        self._limits, self._twists = limits, twists
         self._errors = EdgeErrors()
         self._here: PoseTuple = se3.IDENTITY
 
@@ -131,7 +140,9 @@ class _Way:
         """Append a predicted edge, with the errors of the newest pose and of the prediction."""
         learnt = self._tree.companion_or_new(Learnt)
         span, noise = learnt.of(history, SampleNoise).at(history, self._stamp - ahead)
-        start = start_at(history, self._stamp - ahead, span.oldest)
+        twist = self._twists.get(history.child)
+        start = (start_at(history, self._stamp - ahead, span.oldest) if twist is None else
+                 start_with(history, self._stamp - ahead, twist))
         until = measured_until(history, start.stamp, self._stamp)
         pose = forecast(history, start, self._stamp, until)
         before = self._go(step, pose)
@@ -141,10 +152,16 @@ class _Way:
         terms = self._terms(step, start.stamp, start.pose)
         if terms is not None:
             self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms)
-        self._errors.add(step, child[3:], child[:3], packed_term(errors(
-            learnt.of(history, Trials), history, span, start, ahead, until,
-            self._limits.get(history.child), None if noise is None else noise.covariance,
-            0.0 if has_own else 1.0)))
+        asked = Asked(span, start, ahead, until, None if noise is None else noise.covariance,
+                      0.0 if has_own else 1.0)
+        trials = learnt.of(history, Trials)
+        if twist is None:
+            found = errors(trials, history, asked, self._limits.get(history.child))
+        else:
+            commands = self._tree.companion_or_new(Commands)
+            found = errors_with_command(commands, trials, history, asked)
+            commands.note(history.child, asked)
+        self._errors.add(step, child[3:], child[:3], packed_term(found))
 
 
 def _ahead(history: History, stamp: int, horizon: int) -> int:
@@ -173,7 +190,8 @@ class PredictionQueries(UncertainQueries):
     """Predictions, thread-safe."""
 
     def predict(self, target_frame: str, source_frame: str, stamp: Stamp, horizon: int, *,
-                acceleration: Mapping[str, Sequence[float]] | None = None) -> Prediction:
+                acceleration: ByChild | None = None,
+                twist: ByChild | None = None) -> Prediction:
         """
         Return ``target_T_source`` at a stamp that may be beyond the newest data.
 
@@ -189,21 +207,29 @@ class PredictionQueries(UncertainQueries):
         :param acceleration: the largest accelerations of edges, by child frame: six numbers
             along x, y, z (m/s^2) and about x, y, z (rad/s^2), in the child's axes. Other
             edges may stop within 0.5 s.
+        :param twist: the velocities that edges are known to have from their newest samples on,
+            such as commanded ones, by child frame: six numbers along x, y, z (m/s) and about x, y,
+            z (rad/s), in the child's axes. The covariance is then that of the errors of earlier
+            predictions with a velocity. Before there are enough of them, it is the one without
+            a velocity, plus the square of the difference that the velocity makes.
         :return: the pose, the covariance (6, 6), and how far ``beyond`` the data the pose is.
         :raises FutureExtrapolationException: an edge ends further away than the horizon.
-        :raises InvalidArgumentException: a horizon or an acceleration that is not as above.
+        :raises InvalidArgumentException: a horizon, an acceleration or a twist that is not as
+            above; or both of these for one edge.
 
         The other errors are those of ``lookup``.
         """
         stamp, horizon = self._stamp_of(stamp), _checked_horizon(horizon)
+        limits = checked_limits(acceleration)
         return self.observers.watch(
-            [asked(target_frame, source_frame, stamp)], self._predict, target_frame,
-            source_frame, stamp, horizon, checked_limits(acceleration))
+            [observers.asked(target_frame, source_frame, stamp)], self._predict, target_frame,
+            source_frame, stamp, horizon, limits, checked_twists(twist, limits))
 
     def _predict(self, target_frame: str, source_frame: str, stamp: int, horizon: int,
-                 limits: Mapping[str, Limits]) -> Prediction:
+                 limits: Mapping[str, Limits], twists: Mapping[str, Twist]) -> Prediction:
         with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
-            ahead = predicted(self._tree, target_frame, source_frame, stamp, horizon, limits)
+            ahead = predicted(
+                self._tree, target_frame, source_frame, stamp, horizon, limits, twists)
             if ahead is not None:
                 return ahead
             found, pose, known = self._errors_at(target_frame, source_frame, stamp, False)

@@ -25,7 +25,7 @@ from tf_tree_py.core.geometry.so3 import Array, Number
 from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
 
-from .forecast import forecast, Start, start_at, TWIST_OVER, unchanged_until, unexpired_since
+from .forecast import Asked, forecast, start_at, TWIST_OVER, unchanged_until, unexpired_since
 from ..curves.aided import gyro_until
 from ..curves.gaps import BRIDGED
 from ..uncertainty.covariances import (
@@ -52,7 +52,7 @@ _Ahead = tuple[int, int]
 """A time ahead, nanoseconds, and how many eighths of it a gyroscope measured."""
 
 # Errors in fewer cells say nothing.
-_LEAST_CELLS = 3
+LEAST_CELLS = 3
 # Squares of errors are interpolated between two rungs of the ladder, 2^(1/4) apart: if an error
 # grows with the square of the time, the resulting variance is up to 3 % too large.
 _RUNGS_PER_OCTAVE = 4
@@ -109,31 +109,32 @@ class Trials:
             rung.sums.forget(unchanged_until(history, late) + 1)
             self._rungs[ahead] = _Rung(None, rung.sums, None)
 
-    def errors(self, history: MovingHistory, span: Span, start: Start, ahead: int, until: int,
-               noise: Array | None, own: float) -> list[float] | None:
+    def errors(self, history: MovingHistory, asked: Asked) -> list[float] | None:
         """
         Return the covariance of a prediction's errors, packed; None if there are too few trials.
 
-        :param noise: of a sample (6, 6); None if unknown. Then all errors may be noise, or
-            changes of the motion, and both are added.
-        :param own: 1, or 0 if the noise of the newest sample itself is not included. The other
-            parameters are those of ``past.errors``.
+        If the noise is unknown, all errors may be noise, or changes of the motion, and both are
+        added.
         """
+        span, start, ahead, until, noise, own = asked
         if noise is not self._noise:
             self._noise, self._packed = noise, pack(_NONE if noise is None else noise)
             self._rungs = {ahead: _Rung(None, rung.sums, None)
                            for ahead, rung in self._rungs.items()}
         tried = max(ahead, math.ceil(_PERIODS * span.period))
-        is_aided = gyro_until(history) is not None
-        grown = 0.0 if is_aided else _noise_at(history, start.stamp, ahead) - 1.0
-        part = ahead / tried if is_aided else _part(ahead, tried, max(span.period, TWIST_OVER))
-        total = (own + grown) * self._packed
+        changes = []
         for ahead_by, weight in _rungs_around(tried, (until - start.stamp) / ahead):
             rung = self._known(history, span, ahead_by)
             if rung.change is None:
                 return None
-            also_noise = (own + grown) / rung.noise if noise is None else 0.0
-            total += weight * (part + also_noise) * rung.change
+            changes.append((weight * rung.change, rung.noise))
+        is_aided = gyro_until(history) is not None
+        if not is_aided:
+            own += _noise_at(history, span, start.stamp, ahead) - 1.0
+        part = ahead / tried if is_aided else _part(ahead, tried, max(span.period, TWIST_OVER))
+        total = own * self._packed
+        for change, in_errors in changes:
+            total += (part + (own / in_errors if noise is None else 0.0)) * change
         packed: list[float] = total.tolist()
         return packed
 
@@ -156,10 +157,10 @@ class Trials:
             rows = rung.sums.rows(cell, first, last, lambda begin, end: _errors(
                 history, span, begin, end, ahead))
             rung = _Rung((cell, first, last), rung.sums, None)
-            if len(rows) >= _LEAST_CELLS:
+            if len(rows) >= LEAST_CELLS:
                 count, noise = rows[:, :2].sum(axis=0).tolist()
-                rung = rung._replace(noise=noise / count, change=_change_in(
-                    history, rows, ahead, cell, noise / count * unpack(self._packed)))
+                rung = rung._replace(noise=noise / count, change=change_in(
+                    history, rows, ahead[0], cell, noise / count * unpack(self._packed)))
             self._rungs[ahead] = rung
         return rung
 
@@ -173,12 +174,12 @@ def _part(ahead: float, tried: float, lag: float) -> float:
     return (ahead * (ahead + lag) / (tried * (tried + lag)))**2
 
 
-def _noise_at(history: MovingHistory, stamp: int, ahead: int) -> float:
+def _noise_at(history: MovingHistory, span: Span, stamp: int, ahead: int) -> float:
     """Return the variance of the noise in a prediction, relative to that of a sample."""
     if not history.takes_samples:
         return 1.0
     stamps = history.columns().stamps
-    before = max(stamp - TWIST_OVER, stamps[0])
+    before = max(stamp - TWIST_OVER, span.oldest)
     place = bisect_right(stamps, before, 0, len(stamps) - 1)
     first, second = stamps[place - 1], stamps[place]
     return _of_noise(ahead / (stamp - before), (before - first) / max(second - first, 1),
@@ -200,13 +201,14 @@ def _of_noise(times: float, ratio: Number, is_last: Number) -> Number:
             + (1.0 - is_last) * ((1.0 + times)**2 + times**2 * between(ratio)))
 
 
-def _change_in(history: MovingHistory, rows: Array, ahead: _Ahead, cell: int,
-               noise: Array) -> Array:
+def change_in(history: MovingHistory, rows: Array, ahead: float, cell: int,
+              noise: Array) -> Array:
     """
     Return the covariance of the motion's change that errors show.
 
     :param rows: the sums of cells: the count, the variance of the noise relative to that of a
         sample, and the squares of the errors.
+    :param ahead: the time ahead, nanoseconds; ``cell``: the length of a cell.
     :param noise: in the errors, (6, 6).
     """
     count, _, *squares = rows.sum(axis=0).tolist()
@@ -217,7 +219,7 @@ def _change_in(history: MovingHistory, rows: Array, ahead: _Ahead, cell: int,
     values, vectors = np.linalg.eigh((moment - noise) / scale)
     change = (vectors * np.maximum(values, 0.0)) @ vectors.T
     number = _independent(rows[:, 2:][:, DIAGONAL] / rows[:, :1],
-                          (ahead[0] + TWIST_OVER) / cell)
+                          (ahead + TWIST_OVER) / cell)
     mean = float(np.exp(np.log(number).mean()))
     change = with_less_correlation(change, _MOST_CORRELATION * mean / (mean + PRIOR))
     factor = np.sqrt(1.0 + _FEW / number)
@@ -252,7 +254,7 @@ def _independent(squares: Array, overlap: float) -> Array:
 # --- the errors
 
 def _errors(history: MovingHistory, span: Span, first: int, last: int, ahead: _Ahead) -> Sums:
-    """Return the sums of cells; see ``_change_in``."""
+    """Return the sums of cells; see ``change_in``."""
     time, measured = ahead
     is_aided = gyro_until(history) is not None
     starts = chosen(history, span.cell, first, last, *([1] if is_aided else []))
@@ -292,11 +294,11 @@ def _compared(history: MovingHistory, span: Span, starts: Stamps, time: int,
                        span.newest + 1)
     after = stamps[np.minimum(stamps.searchsorted(starts, side='right'), len(stamps) - 1)]
     starts = starts[(after > starts) & (after <= starts + time)]
-    _, second, ratio = _between(stamps, starts + time)
+    _, second, ratio = stamps_around(stamps, starts + time)
     noise = between(ratio)
     if is_aided:
         return starts, noise + 1.0, second
-    _, later, part = _between(stamps, starts - TWIST_OVER)
+    _, later, part = stamps_around(stamps, starts - TWIST_OVER)
     is_last = np.asarray(later >= starts, dtype=float)
     return starts, noise + _of_noise(time / TWIST_OVER, part, is_last), second
 
@@ -307,7 +309,7 @@ def _stamp_before(history: MovingHistory, time: int) -> int:
     return stamps[max(bisect_right(stamps, time) - 1, 0)]
 
 
-def _between(stamps: Stamps, times: Stamps) -> tuple[Stamps, Stamps, Array]:
+def stamps_around(stamps: Stamps, times: Stamps) -> tuple[Stamps, Stamps, Array]:
     """Return the stamps before times and at them or after, (N,), and where between these."""
     places = stamps.searchsorted(times)
     first, second = stamps[np.maximum(places - 1, 0)], stamps[places]

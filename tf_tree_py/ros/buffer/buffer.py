@@ -14,8 +14,9 @@ import threading
 from typing import Any, NamedTuple, TypeVar
 
 from builtin_interfaces.msg import Time as TimeMessage
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist
 from std_msgs.msg import Header
+from tf_tree_py.beyond.prediction.past import ByChild
 from tf_tree_py.core.errors import TransformException
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.messages.observers import Asked, asked, halves
@@ -35,6 +36,7 @@ from ..messages.convert import (
     TimeLike,
     transform_stamped,
 )
+from ..messages.geometry import twist_values
 from ..messages.pose_covariances import (
     composed_with,
     pose_with_covariance_stamped,
@@ -207,7 +209,8 @@ class Buffer(FedBuffer, BufferInterface):
     def predict(  # type: ignore[override]  # likewise
             self, target_frame: str, source_frame: str, time: Stamp | TimeLike,
             horizon: DurationLike, *,
-            acceleration: Mapping[str, Sequence[float]] | None = None) -> PredictedPose:
+            acceleration: ByChild | None = None,
+            twist: Mapping[str, Twist | Sequence[float]] | None = None) -> PredictedPose:
         """
         Return the pose of the source in the target at a time that may lie beyond the data.
 
@@ -218,10 +221,14 @@ class Buffer(FedBuffer, BufferInterface):
         :param acceleration: the largest accelerations by child frame: six numbers along x, y, z
             (m/s^2) and about x, y, z (rad/s^2), in the child's axes. Other
             edges may stop within 0.5 s.
+        :param twist: the velocities that edges are known to have, by child frame, in the child's
+            axes: a ``Twist``, such as that of cmd_vel, or six numbers.
         """
         return predicted_pose(target_frame, CoreApi.predict(
             self, target_frame, source_frame, self._stamp_of(time), as_nanoseconds(horizon),
-            acceleration=acceleration))
+            acceleration=acceleration, twist={
+                child: twist_values(each) for child, each in twist.items()}
+            if isinstance(twist, Mapping) else twist))
 
     def transform(self, object_stamped: object, target_frame: str, timeout: DurationLike = NO_TIME,
                   new_type: type | None = None, *, header: Header | None = None,

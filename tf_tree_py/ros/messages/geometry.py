@@ -186,6 +186,13 @@ def twist(message: Twist, a_T_b: PoseTuple, lever_arm: bool = False) -> Twist:
     return _twist(_vector3(vx, vy, vz), _vector3(wx, wy, wz))
 
 
+def twist_values(given: Twist | Sequence[float]) -> Sequence[float]:
+    """Return a twist as six numbers; what is no message is returned as it is."""
+    if not isinstance(given, Twist):
+        return given
+    return *_xyz(given.linear), *_xyz(given.angular)
+
+
 def twist_with_covariance(message: TwistWithCovariance, a_T_b: PoseTuple,
                           lever_arm: bool = False) -> TwistWithCovariance:
     """Return a twist and its covariance in a's axes; see ``twist``."""

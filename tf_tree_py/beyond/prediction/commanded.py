@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Predictions of edges whose velocity the caller knows, such as a commanded one.
+
+How well an edge follows a command only shows in predictions that were made with one. So these are
+kept, and compared with the poses that followed.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from tf_tree_py import screws
+from tf_tree_py.core.edges.protocol import History, MovingHistory
+from tf_tree_py.core.geometry import se3
+from tf_tree_py.core.geometry.so3 import Array
+from tf_tree_py.core.stamp import as_seconds
+from tf_tree_py.core.times import Stamps
+from tf_tree_py.core.tree.companions import Companion
+from tf_tree_py.screws import Twist
+
+from .forecast import Asked, forecast, Start
+from .trials import change_in, LEAST_CELLS, stamps_around
+from ..uncertainty.covariances import errors_of, pack, packed_squares
+from ..uncertainty.learning import check_size, LATELY, Span, stamps_in, sums_by_cell
+from ..uncertainty.noise import between
+
+# So many predictions are kept of an edge, evenly distributed.
+_MOST = 256
+
+
+class _Trial(NamedTuple):
+    """
+    One prediction with a command.
+
+    :ivar start: the stamp of the newest sample then; ``end``: that of the prediction.
+    :ivar twist: the command, per nanosecond.
+    :ivar until: the stamp up to which the edge's gyroscope was followed.
+    """
+
+    start: int
+    end: int
+    twist: Twist
+    until: int
+
+
+class Commands(Companion):
+    """The predictions with commands of a tree's edges, by child frame, sorted by their ends."""
+
+    def __init__(self) -> None:
+        self._by_child: dict[str, list[_Trial]] = {}
+
+    def copy(self) -> 'Commands':
+        """Return an independent copy."""
+        twin = Commands()
+        twin._by_child = {child: list(trials) for child, trials in self._by_child.items()}
+        return twin
+
+    def clear(self, histories: Mapping[str, History]) -> None:
+        """Remove all: only edges that move are predicted."""
+        self._by_child.clear()
+
+    def remove(self, frame: str) -> None:
+        """Remove the predictions of a frame's edge."""
+        self._by_child.pop(frame, None)
+
+    def note(self, child: str, asked: Asked) -> None:
+        """Keep a prediction, unless one with nearly the same end is kept."""
+        start, end = asked.start, asked.start.stamp + asked.ahead
+        trials = self._by_child.setdefault(child, [])
+        while trials and trials[-1].start > start.stamp:
+            trials.pop()  # the clock went back
+        if not trials or trials[-1].end + LATELY // _MOST <= end:
+            trials.append(_Trial(start.stamp, end, start.twist, asked.until))
+            del trials[:-_MOST]
+
+    def errors(self, history: MovingHistory, asked: Asked) -> list[float] | None:
+        """
+        Return the covariance of a prediction's errors, packed; None if too few have ended.
+
+        An edge that does not follow its command is off by a twist, whose covariance is learnt.
+        """
+        span, _, ahead, _, noise, own = asked
+        trials = [each for each in self._by_child.get(history.child, ())
+                  if each.start >= span.oldest and each.end <= span.newest]
+        if not trials:
+            return None
+        starts, ends, untils = (np.array([each[place] for each in trials], dtype=np.int64)
+                                for place in (0, 1, 3))
+        seconds = (ends - starts) * as_seconds(1)
+        offs = _errors(history, starts, ends, untils, [each.twist for each in trials])
+        check_size(history, float(np.abs(offs).max()))
+        first, last = int(ends[0]) // span.cell, int(ends[-1]) // span.cell
+        share = _noise_in(history, span, starts, ends) / seconds**2
+        rows = sums_by_cell(span.cell, first, last, ends, np.concatenate(
+            [share[:, None], packed_squares(offs / seconds[:, None])], axis=1), ends).rows
+        rows = rows[rows[:, 0] > 0.0]
+        if len(rows) < LEAST_CELLS:
+            return None
+        known = np.zeros((6, 6)) if noise is None else noise
+        mean = float(share.mean())
+        change = change_in(history, rows, float((ends - starts).mean()), span.cell, mean * known)
+        also_noise = own / mean if noise is None else 0.0
+        found: list[float] = ((as_seconds(ahead)**2 + also_noise) * change
+                              + own * pack(known)).tolist()
+        return found
+
+
+def _noise_in(history: MovingHistory, span: Span, starts: Stamps, ends: Stamps) -> Array:
+    """Return the variance of the noise in errors, (n,), relative to that of a sample."""
+    if not history.takes_samples:
+        return np.ones(len(starts))
+    before, _, ratio = stamps_around(stamps_in(history, int(starts.min()), span.newest + 1), ends)
+    # Before the next sample, the pose that an error is compared with is that of the start, too.
+    return np.where(before == starts, 2.0 * ratio**2, 1.0 + between(ratio))
+
+
+def _errors(history: MovingHistory, starts: Stamps, ends: Stamps, untils: Stamps,
+            twists: list[Twist]) -> Array:
+    """Return the errors of predictions (n, 6), in the axes of the predicted poses."""
+    track = history.track(int(starts.min()), int(ends.max()))
+    begins = track.at(starts).T
+    if (untils > starts).any():
+        predicted = np.array([
+            forecast(history, Start(start, history.sample(start), twist), end, until)
+            for start, end, until, twist in zip(
+                starts.tolist(), ends.tolist(), untils.tolist(), twists, strict=True)])
+    else:
+        moved = screws.exp_many((ends - starts)[:, None] * np.array(twists))
+        predicted = se3.compose_many(begins, moved)
+    return errors_of(se3.compose_many(se3.inverse_many(predicted), track.at(ends).T))
