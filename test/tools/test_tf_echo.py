@@ -39,6 +39,8 @@ def test_explanation_has_the_path_and_each_edge(bag):
     edge, = (line for line in done.stdout.splitlines() if line.startswith(' odom -> base_link'))
     assert edge.split()[3:] == ['50.0', 'Hz', '4.5', 'ms', '-13.0', '+7.0', 'ms', '2.1', 'cm',
                                 '0.2°', '-']
+    assert done.stdout.splitlines()[-1] == (
+        'noise of the samples: odom -> base_link 0 mm 0°; map -> odom 0.36 mm 0.007°')
 
 
 def test_json_has_the_documented_shape_with_and_without_an_answer(bag):

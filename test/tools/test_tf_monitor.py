@@ -5,10 +5,13 @@
 
 import itertools
 import json
+import re
 
 from bags import write_ros2
+import numpy as np
 from patients import FAULTY, HEALTHY
 import pytest
+from tf_tree_py import BufferCore, Pose
 from tool_helpers import assert_one_sentence, assert_shape, tool
 
 
@@ -49,6 +52,31 @@ def test_chain_shows_its_edges_only(bags):
     assert 'refused' not in done.stdout
     missing = tool('tf_monitor', 'map', 'lidr', '--bag', bags['gap'])
     assert "\nDid you mean 'lidar'" in missing.stdout and '\\n' not in missing.stdout
+
+
+@pytest.fixture(scope='module')
+def trembling(tmp_path_factory):
+    """Return a bag with an edge that has noise of 2 mm, and one that is too short to say."""
+    rng, buffer = np.random.default_rng(1), BufferCore()
+    for stamp in range(10**9, 6 * 10**9, 20_000_000):
+        buffer.insert('odom', 'base', stamp, Pose(x=1e-9 * stamp + rng.normal(scale=0.002)))
+    buffer.insert('base', 'arm', 6 * 10**9, Pose())
+    buffer.insert('base', 'lidar', 0, Pose(z=1.0), static=True)
+    path = tmp_path_factory.mktemp('trembling') / 'bag.mcap'
+    buffer.record(path)
+    return path
+
+
+def test_noise_is_shown_where_it_is_known(trembling):
+    assert 'noise' not in tool('tf_monitor', '--bag', trembling).stdout
+    done = tool('tf_monitor', '--bag', trembling, '--noise')
+    shown = {row[row.index('->') + 1]: ' '.join(row) for row in rows(done)}
+    assert re.search(r' (1\.[89]|2|2\.[123]) mm 0° -$', shown['base'])
+    assert 'mm' not in shown['arm'] + shown['lidar']
+    look = json.loads(tool('tf_monitor', '--bag', trembling, '--noise', '--json').stdout)
+    noise = {edge['child']: edge['noise'] for edge in look['edges']}
+    assert noise['base']['sigma_m'] == pytest.approx(0.002, rel=0.15)
+    assert noise['base']['trials'] > 100 and noise['arm'] is noise['lidar'] is None
 
 
 @pytest.mark.parametrize('name', ['well', 'loop'])

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from itertools import islice
 from math import degrees
 
-import numpy as np
 from tf_tree_py.beyond.freshness.queries import FreshQueries
+from tf_tree_py.beyond.uncertainty.covariances import largest_deviation
+from tf_tree_py.beyond.uncertainty.noise import EdgeNoise
 from tf_tree_py.beyond.uncertainty.queries import UncertainQueries
 from tf_tree_py.beyond.uncertainty.uncertain import Share
 from tf_tree_py.core.errors import ExtrapolationException, TransformException
@@ -83,12 +84,12 @@ class Certainty:
     @property
     def position_sigma(self) -> float:
         """Return the standard deviation of the position in its worst direction, metres."""
-        return _worst(self.covariance[:3, :3])
+        return largest_deviation(self.covariance[:3, :3])
 
     @property
     def rotation_sigma(self) -> float:
         """Return the standard deviation of the rotation about its worst axis, radians."""
-        return _worst(self.covariance[3:, 3:])
+        return largest_deviation(self.covariance[3:, 3:])
 
     def as_dict(self) -> dict[str, object]:
         """Return it as plain data."""
@@ -97,11 +98,6 @@ class Certainty:
                 'shares': [{'parent': share.parent, 'child': share.child,
                             'position': share.position, 'rotation': share.rotation}
                            for share in self.shares]}
-
-
-def _worst(covariance: Array) -> float:
-    # Rounding may make an eigenvalue of a nearly singular covariance negative.
-    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 
 def _certainty_of(tree: UncertainQueries, target: str, source: str,
@@ -143,6 +139,7 @@ class ExplainedEdge:
     :ivar turned: the angle between them, radians.
     :ivar lacks: how far the stamp lies outside the stored span, nanoseconds: positive
         after the newest sample, negative before the oldest, 0 within.
+    :ivar noise: of its samples; None if it is static, or unknown, or was not asked for.
     """
 
     info: EdgeInfo
@@ -151,6 +148,7 @@ class ExplainedEdge:
     gone: float = 0.0
     turned: float = 0.0
     lacks: int = 0
+    noise: EdgeNoise | None = None
 
     @property
     def rate_hz(self) -> float:
@@ -227,11 +225,12 @@ class Explanation:
 def _plain(edge: ExplainedEdge) -> dict[str, object]:
     return {**edge.info._asdict(), 'rate_hz': edge.rate_hz, 'age': edge.age,
             'around': list(edge.around), 'gap': edge.gap, 'gone_m': edge.gone,
-            'turned_rad': edge.turned, 'lacks': edge.lacks}
+            'turned_rad': edge.turned, 'lacks': edge.lacks,
+            'noise': None if edge.noise is None else edge.noise.as_dict()}
 
 
 def explain(tree: FreshQueries, target: str, source: str, stamp: int = LATEST,
-            now: int = 0, max_age: int | None = None) -> Explanation:
+            now: int = 0, max_age: int | None = None, noise: bool = False) -> Explanation:
     """
     Look a transform up, and return the answer with the data that it is computed from.
 
@@ -240,6 +239,7 @@ def explain(tree: FreshQueries, target: str, source: str, stamp: int = LATEST,
     :param stamp: nanoseconds, or ``LATEST``.
     :param now: the time by the clock of the stamps, nanoseconds; 0: unknown.
     :param max_age: how old the latest may be; see ``lookup``.
+    :param noise: whether the noise of each edge's samples is learnt, some 10 ms for each edge.
     """
     try:
         found, answer = tree.lookup_no_older(target, source, stamp, max_age)
@@ -252,7 +252,7 @@ def explain(tree: FreshQueries, target: str, source: str, stamp: int = LATEST,
     frames, edges = _way(tree, target, source, found if pose else LATEST)
     return Explanation(
         target, source, stamp, found, now, pose, problem, frames,
-        tuple(_explained(tree, edge, found, now) for edge in edges),
+        tuple(_explained(tree, edge, found, now, noise) for edge in edges),
         unknown, tuple(islice(names, _MAX_FRAMES)) if unknown else (),
         _certainty_of(tree, target, source, found) if pose else None)
 
@@ -267,13 +267,24 @@ def _way(tree: UncertainQueries, target: str, source: str,
         return (), []
 
 
-def _explained(tree: UncertainQueries, info: EdgeInfo, stamp: int, now: int) -> ExplainedEdge:
+def known_noise(tree: UncertainQueries, info: EdgeInfo) -> EdgeNoise | None:
+    """Return the noise of an edge's samples; None if it is unknown."""
+    try:
+        return None if info.static else tree.edge_noise(info.child)
+    except TransformException:
+        return None
+
+
+def _explained(tree: UncertainQueries, info: EdgeInfo, stamp: int, now: int,
+               with_noise: bool) -> ExplainedEdge:
     if info.static:
         return ExplainedEdge(info)
     age = now - info.latest if now else None
+    noise = known_noise(tree, info) if with_noise else None
     if stamp == LATEST:
-        return ExplainedEdge(info, age, (info.latest,))
+        return ExplainedEdge(info, age, (info.latest,), noise=noise)
     around = tree.samples_around(info.child, stamp)
     gone, turned = se3.distance(around[0][1], around[-1][1]) if around else (0.0, 0.0)
     lacks = max(0, stamp - info.latest) or min(0, stamp - info.oldest)
-    return ExplainedEdge(info, age, tuple(knot for knot, _ in around), gone, turned, lacks)
+    return ExplainedEdge(info, age, tuple(knot for knot, _ in around), gone, turned, lacks,
+                         noise)

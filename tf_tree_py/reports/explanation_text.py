@@ -5,6 +5,7 @@
 
 from math import degrees
 
+from tf_tree_py.beyond.uncertainty.noise import EdgeNoise
 from tf_tree_py.core.stamp import format_span
 
 from .explanation import Certainty, ExplainedEdge
@@ -34,6 +35,14 @@ def apart(edge: ExplainedEdge) -> str:
     return f'{edge.gone * 100.0:.1f} cm {degrees(edge.turned):.1f}°' if edge.gap else ''
 
 
+def noise_of(noise: EdgeNoise | None) -> str:
+    """Return the standard deviations of an edge's noise; '' if it is unknown."""
+    if noise is None:
+        return ''
+    millimetres, angle = 1000.0 * noise.position_sigma, degrees(noise.rotation_sigma)
+    return f'{_rounded(millimetres)} mm {_rounded(angle)}°'
+
+
 def sigma(certainty: Certainty) -> str:
     """Return the standard deviations, each in its worst direction."""
     return f'{_length(certainty.position_sigma)}, {_angle(certainty.rotation_sigma)}'
@@ -48,6 +57,11 @@ def shares(certainty: Certainty) -> list[tuple[str, str]]:
 
 def _length(metres: float) -> str:
     return f'{metres:.4g} m' if metres >= 1.0 else f'{metres * 100.0:.3g} cm'
+
+
+def _rounded(number: float) -> str:
+    # Rounding errors of the poses are not noise.
+    return f'{number:.0f}' if number >= 10.0 else f'{round(number, 3):.2g}'
 
 
 def _angle(radians: float) -> str:

@@ -121,7 +121,7 @@ def _asked(tree_input: TreeInput, arguments: Namespace) -> Iterator[Explanation]
     """Yield the result of each lookup."""
     def ask() -> Explanation:
         return explain(tree_input.buffer, arguments.target, arguments.source, arguments.at,
-                       tree_input.now(), _max_age(arguments))
+                       tree_input.now(), _max_age(arguments), arguments.explain)
 
     if arguments.once or arguments.at != LATEST:
         yield from _one(tree_input, arguments, ask)
@@ -240,6 +240,10 @@ class _Printer:
         out.print(shown(' <- '.join(reversed(explanation.frames)), 500), markup=False)
         out.print(table(_HEADINGS, [_cells(edge, explanation.stamp)
                                     for edge in explanation.edges], _NUMBERS))
+        noise = '; '.join(f'{_edge(edge)} {explanation_text.noise_of(edge.noise)}'
+                          for edge in explanation.edges if edge.noise is not None)
+        if noise:
+            out.print(shown(f'noise of the samples: {noise}', 500), markup=False)
         if explanation.certainty is not None:
             out.print(shown(_sigma(explanation.certainty), 500), markup=False)
 

@@ -11,6 +11,8 @@ import sys
 import time
 from typing import Any, NamedTuple, TYPE_CHECKING
 
+from tf_tree_py.beyond.uncertainty.noise import EdgeNoise
+from tf_tree_py.buffer_core import BufferCore
 from tf_tree_py.command.arguments import (
     add_number,
     console,
@@ -24,7 +26,8 @@ from tf_tree_py.command.endings import Cannot, entry_point, FINE, FOUND, needs
 from tf_tree_py.core.text import listed
 from tf_tree_py.health.checks.finding import Finding, Severity
 from tf_tree_py.health.doctor import Doctor, Monitor, Watched
-from tf_tree_py.reports.explanation import explain, Explanation
+from tf_tree_py.reports.explanation import explain, Explanation, known_noise
+from tf_tree_py.reports.explanation_text import noise_of
 from tf_tree_py.shared.status import Status
 
 from .inputs import nothing_arrived, TreeInput
@@ -50,12 +53,13 @@ Ctrl-C ends it."""
 _EXAMPLES = (
     ('tf_monitor', 'every edge of the running robot'),
     ('tf_monitor map base_link', 'the edges between two frames'),
+    ('tf_monitor --noise', 'how much each edge trembles'),
     ('tf_monitor --period 10 --json >> night.jsonl', 'one line every ten seconds'),
     ('tf_monitor --bag run.mcap', 'one table of a whole recording'),
 )
 _MARKS = {Severity.ERROR: '!!', Severity.WARNING: '!'}
-_REFUSED = 'refused'
-_HEADINGS = ('', 'parent -> child', 'rate', 'p50 ms', 'p95 ms', 'gap ms', _REFUSED, 'from')
+_REFUSED, _NOISE = 'refused', 'noise'
+_HEADINGS = ('', 'parent -> child', 'rate', 'p50 ms', 'p95 ms', 'gap ms', _NOISE, _REFUSED, 'from')
 _NUMBERS = _HEADINGS[2:-1]
 # The lines of a terminal that are not rows, and the maximum number of findings below the table.
 _FRAME_LINES, _MOST_FINDINGS = 6, 8
@@ -69,6 +73,7 @@ class TableContent(NamedTuple):
     :ivar chain: the lookup between the two requested frames, if any.
     :ivar hints: what the ROS graph shows, if nothing has arrived or that lookup has no answer.
     :ivar shared: the tree that ``tf_share`` shares for the same topics, if it does.
+    :ivar noise: that of each edge, by parent and child, if it was asked for and is known.
     """
 
     source: str
@@ -79,6 +84,7 @@ class TableContent(NamedTuple):
     chain: Explanation | None
     hints: list[Hint]
     shared: Status | None
+    noise: dict[tuple[str, str], EdgeNoise]
 
 
 def _parser() -> Parser:
@@ -88,6 +94,8 @@ def _parser() -> Parser:
     parser.add_argument('source', metavar='SOURCE', type=frame, nargs='?', help='to there')
     add_number(parser, '--period', 1.0, 'seconds between two updates')
     add_number(parser, '--seconds', None, 'stop after this many seconds')
+    parser.add_argument('--noise', action='store_true',
+                        help="also show the noise of each moving edge's samples, which is learnt")
     parser.add_json()
     add_input(parser)
     return parser
@@ -134,7 +142,14 @@ def _look(tree_input: TreeInput, doctor: Doctor, monitor: Monitor, arguments: Na
     lacks = not doctor.transforms or (chain is not None and bool(chain.problem))
     hints = hints_of_graph(doctor.graph, chain) if lacks else []
     return TableContent(tree_input.name, doctor.transforms, doctor.watched / 1e9, rows, findings,
-                        chain, hints, tree_input.shared())
+                        chain, hints, tree_input.shared(),
+                        _noise_of(tree_input.buffer) if arguments.noise else {})
+
+
+def _noise_of(buffer: BufferCore) -> dict[tuple[str, str], EdgeNoise]:
+    """Return the noise of each edge for which it is known."""
+    return {(edge.parent, edge.child): noise for edge in buffer.edges()
+            if (noise := known_noise(buffer, edge)) is not None}
 
 
 def _named(rows: Sequence[Watched], tree_input: TreeInput) -> list[Watched]:
@@ -153,11 +168,16 @@ def _named(rows: Sequence[Watched], tree_input: TreeInput) -> list[Watched]:
 def _print_json(look: TableContent) -> None:
     print_json_line({
         'version': VERSION, 'source': look.source, 'transforms': look.transforms,
-        'watched_s': look.watched_s, 'edges': [row.as_dict() for row in look.rows],
+        'watched_s': look.watched_s, 'edges': [_plain(row, look) for row in look.rows],
         'findings': [finding.as_dict() for finding in look.findings],
         'problem': look.chain.problem if look.chain else '',
         'hints': [hint.text for hint in look.hints],
         'shared': look.shared and look.shared.as_dict()})
+
+
+def _plain(row: Watched, look: TableContent) -> dict[str, object]:
+    noise = look.noise.get((row.signs.parent, row.signs.child))
+    return {**row.as_dict(), 'noise': None if noise is None else noise.as_dict()}
 
 
 # --- for people
@@ -198,7 +218,8 @@ def _drawn(look: TableContent, most: int | None) -> Iterator[object]:
     hinted = {hint.text for hint in look.hints}
     findings = [one for one in look.findings[:_MOST_FINDINGS] if hint_of(one) not in hinted]
     room = len(look.rows) if most is None else max(3, most - len(findings))
-    yield table(*_without_empty(_HEADINGS, [_cells(row) for row in look.rows[:room]]), _NUMBERS)
+    yield table(*_without_empty(_HEADINGS, [
+        _cells(row, look) for row in look.rows[:room]]), _NUMBERS)
     if len(look.rows) > room:
         yield text(f'and {len(look.rows) - room} more edges')
     for finding in findings:
@@ -215,17 +236,18 @@ def _without_empty(headings: Sequence[str], rows: Sequence[Sequence['str | Text'
                    ) -> tuple[list[str], list[list['str | Text']]]:
     """Return a table without the optional columns that are empty."""
     kept = [place for place, heading in enumerate(headings)
-            if heading not in ('', _REFUSED) or any(row[place] for row in rows)]
+            if heading not in ('', _NOISE, _REFUSED) or any(row[place] for row in rows)]
     return [headings[place] for place in kept], [[row[place] for place in kept] for row in rows]
 
 
-def _cells(row: Watched) -> Sequence['str | Text']:
+def _cells(row: Watched, look: TableContent) -> Sequence['str | Text']:
     signs = row.signs
     rate = 'static' if signs.static else f'{row.rate_hz:.1f} Hz'
     gap = max(signs.longest_gap or 0, signs.silence or 0)
     cells = [_MARKS.get(row.severity, '') if row.severity else '',
              f'{signs.parent} -> {signs.child}', rate, _ms(signs.delay_p50), _ms(signs.delay_p95),
-             '' if signs.static else _ms(gap), str(signs.refused or ''),
+             '' if signs.static else _ms(gap),
+             noise_of(look.noise.get((signs.parent, signs.child))), str(signs.refused or ''),
              listed(signs.publishers, most=2) or '-']
     severity = row.severity
     return cells if severity is None else [styled(cell, severity.value) for cell in cells]

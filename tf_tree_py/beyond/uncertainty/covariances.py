@@ -136,6 +136,12 @@ def root_of(covariance: Array) -> Array:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
+def largest_deviation(covariance: Array) -> float:
+    """Return the standard deviation in the worst direction of a covariance (n, n)."""
+    # Rounding may make an eigenvalue of a nearly singular covariance negative.
+    return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+
+
 def with_less_correlation(covariance: Array, part: float) -> Array:
     """Return a covariance (n, n) of which a part of all correlations remains, 0 to 1."""
     return part * covariance + (1.0 - part) * np.diag(covariance.diagonal())

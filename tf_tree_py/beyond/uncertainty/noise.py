@@ -15,6 +15,7 @@ several samples, such as those of a filter, look like a motion.
 """
 
 from bisect import bisect_left, bisect_right
+from math import degrees
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,7 @@ from .covariance_history import closing_of, known_covariances
 from .covariances import (
     DIAGONAL,
     errors_of,
+    largest_deviation,
     one_term,
     pack,
     PACKED_FLOATS,
@@ -90,6 +92,21 @@ class EdgeNoise(NamedTuple):
 
     covariance: Array
     trials: int
+
+    @property
+    def position_sigma(self) -> float:
+        """Return the standard deviation of the position in its worst direction, metres."""
+        return largest_deviation(self.covariance[:3, :3])
+
+    @property
+    def rotation_sigma(self) -> float:
+        """Return the standard deviation of the rotation about its worst axis, radians."""
+        return largest_deviation(self.covariance[3:, 3:])
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it as plain data."""
+        return {'sigma_m': self.position_sigma, 'sigma_deg': degrees(self.rotation_sigma),
+                'trials': self.trials}
 
 
 class SampleNoise:
