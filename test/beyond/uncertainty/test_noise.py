@@ -144,6 +144,18 @@ def test_lookup_uses_the_noise_only_if_asked():
     assert latest[2, 2] == pytest.approx(buffer.edge_noise('base').covariance[2, 2], rel=0.01)
 
 
+def test_budget_of_the_noise_adds_up():
+    buffer = driven(20 * MS)
+    buffer.insert('base', 'tip', 0, Pose(x=10.0), static=True, covariance=np.diag([1e-6] * 6))
+    asked = 'odom', 'tip', 8 * SECOND
+    assert [share.child for share in buffer.lookup_budget(*asked)] == ['tip']
+    shares = buffer.lookup_budget(*asked, learnt_noise=True)
+    assert [share.child for share in shares] == ['base', 'tip']
+    np.testing.assert_allclose(
+        sum(share.covariance for share in shares),
+        buffer.lookup_uncertain(*asked, learnt_noise=True)[1], atol=1e-12)
+
+
 def test_between_two_samples_there_is_less_noise():
     rng, buffer = np.random.default_rng(7), BufferCore()
     for stamp in range(0, 12 * SECOND, 20 * MS):

@@ -280,13 +280,21 @@ class UncertainQueries(ManyStampQueries):
                           independent: bool, learnt_noise: bool = False,
                           *limit: SupportsIndex | None) -> Uncertain:
         """Return ``lookup_uncertain``; a limit is an argument of an overriding ``_errors_at``."""
+        found, pose, errors = self._errors_with_noise(
+            target_frame, source_frame, stamp, independent, learnt_noise, *limit)
+        return Uncertain(found, pose, errors.total(pose[:3]))
+
+    def _errors_with_noise(self, target_frame: str, source_frame: str, stamp: Stamp,
+                           independent: bool, learnt_noise: bool,
+                           *limit: SupportsIndex | None) -> tuple[int, PoseTuple, EdgeErrors]:
+        if not learnt_noise:
+            return self._errors_at(target_frame, source_frame, stamp, independent, *limit)
         with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
             found, pose, errors = self._errors_at(
                 target_frame, source_frame, stamp, independent, *limit)
-            if learnt_noise:
-                add_noise(self._tree, errors, target_frame, source_frame, found,
-                          self._stamp_of(stamp) == LATEST)
-        return Uncertain(found, pose, errors.total(pose[:3]))
+            add_noise(self._tree, errors, target_frame, source_frame, found,
+                      self._stamp_of(stamp) == LATEST)
+        return found, pose, errors
 
     def _errors_at(self, target_frame: str, source_frame: str, stamp: Stamp,
                    independent: bool) -> tuple[int, PoseTuple, EdgeErrors]:
@@ -302,7 +310,7 @@ class UncertainQueries(ManyStampQueries):
                                           stamp == LATEST, independent)
 
     def lookup_budget(self, target_frame: str, source_frame: str, stamp: Stamp = LATEST, *,
-                      independent: bool = False) -> list[Share]:
+                      independent: bool = False, learnt_noise: bool = False) -> list[Share]:
         """
         Return the share of each edge in the covariance, the largest part of position first.
 
@@ -310,9 +318,11 @@ class UncertainQueries(ManyStampQueries):
         their sum is the covariance of ``lookup_uncertain``, which has the same parameters and
         errors.
 
-        :return: a ``Share`` for each edge with a covariance.
+        :return: a ``Share`` for each edge with a covariance, or with ``learnt_noise`` each that
+            moves, too.
         """
-        _, pose, errors = self._errors_at(target_frame, source_frame, stamp, independent)
+        _, pose, errors = self._errors_with_noise(
+            target_frame, source_frame, stamp, independent, learnt_noise)
         return shares(errors, pose)
 
     def lookup_uncertain_many(self, target_frame: str, source_frame: str,
