@@ -119,6 +119,18 @@ def test_robot_that_follows_exactly_is_certain_soon_and_one_that_does_not_is_not
             0.1 * deviation, rel=0.1, abs=1e-3)
 
 
+def test_first_start_after_commands_to_rest_is_covered():
+    """Earlier commands to rest say nothing about how the robot starts."""
+    buffer = resting()
+    for number in range(200, 300):
+        buffer.insert('odom', 'base', number * STEP, Pose(x=1.0))
+        asked = 'odom', 'base', number * STEP + 100 * MS, SECOND
+        rested = buffer.predict(*asked, twist={'base': (0.0,) * 6})
+    started = buffer.predict(*asked, twist={'base': FORWARD})
+    assert rested.covariance[0, 0] < 1e-12
+    assert started.covariance[0, 0] == pytest.approx(0.05**2)
+
+
 def test_snapshot_knows_the_commands_and_what_is_cleared_forgets_them():
     buffer, robot = BufferCore(), Robot(1)
     for stamp in range(0, 4 * SECOND, STEP):

@@ -23,7 +23,7 @@ from tf_tree_py.screws import Twist
 
 from .forecast import Asked, forecast, Start
 from .trials import change_in, LEAST_CELLS, stamps_around
-from ..uncertainty.covariances import errors_of, pack, packed_squares
+from ..uncertainty.covariances import at_least, errors_of, pack, packed_squares
 from ..uncertainty.learning import check_size, LATELY, Span, stamps_in, sums_by_cell
 from ..uncertainty.noise import between
 
@@ -36,7 +36,7 @@ class _Trial(NamedTuple):
     One prediction with a command.
 
     :ivar start: the stamp of the newest sample then; ``end``: that of the prediction.
-    :ivar twist: the command, per nanosecond.
+    :ivar twist: the command, per nanosecond; ``before``: the edge's own at the start.
     :ivar until: the stamp up to which the edge's gyroscope was followed.
     """
 
@@ -44,6 +44,7 @@ class _Trial(NamedTuple):
     end: int
     twist: Twist
     until: int
+    before: Twist
 
 
 class Commands(Companion):
@@ -66,23 +67,29 @@ class Commands(Companion):
         """Remove the predictions of a frame's edge."""
         self._by_child.pop(frame, None)
 
-    def note(self, child: str, asked: Asked) -> None:
-        """Keep a prediction, unless one with nearly the same end is kept."""
+    def note(self, child: str, asked: Asked, before: Twist) -> None:
+        """
+        Keep a prediction, unless one with nearly the same end is kept.
+
+        :param before: the edge's own twist at the start, per nanosecond.
+        """
         start, end = asked.start, asked.start.stamp + asked.ahead
         trials = self._by_child.setdefault(child, [])
         while trials and trials[-1].start > start.stamp:
             trials.pop()  # the clock went back
         if not trials or trials[-1].end + LATELY // _MOST <= end:
-            trials.append(_Trial(start.stamp, end, start.twist, asked.until))
+            trials.append(_Trial(start.stamp, end, start.twist, asked.until, before))
             del trials[:-_MOST]
 
-    def errors(self, history: MovingHistory, asked: Asked) -> list[float] | None:
+    def errors(self, history: MovingHistory, asked: Asked, change: Array) -> list[float] | None:
         """
         Return the covariance of a prediction's errors, packed; None if too few have ended.
 
         An edge that does not follow its command is off by a twist, whose covariance is learnt.
+
+        :param change: the difference that the command makes to the predicted pose, (6,).
         """
-        span, _, ahead, _, noise, own = asked
+        span, _, _, ahead, _, noise, own = asked
         trials = [each for each in self._by_child.get(history.child, ())
                   if each.start >= span.oldest and each.end <= span.newest]
         if not trials:
@@ -101,11 +108,30 @@ class Commands(Companion):
             return None
         known = np.zeros((6, 6)) if noise is None else noise
         mean = float(share.mean())
-        change = change_in(history, rows, float((ends - starts).mean()), span.cell, mean * known)
+        twist = change_in(history, rows, float((ends - starts).mean()), span.cell, mean * known)
         also_noise = own / mean if noise is None else 0.0
-        found: list[float] = ((as_seconds(ahead)**2 + also_noise) * change
+        found: list[float] = ((as_seconds(ahead)**2 + also_noise) * twist
                               + own * pack(known)).tolist()
-        return found
+        changes = (ends - starts)[:, None] * np.array(
+            [np.subtract(each.twist, each.before) for each in trials])
+        return at_least(found, _missed(offs, changes, change))
+
+
+def _missed(offs: Array, changes: Array, change: Array) -> list[float]:
+    """
+    Return the part of a command's change that an edge may not follow, (6,).
+
+    A change that is not larger than earlier ones is in the errors of these. Of a larger one, an
+    edge misses as large a part as of all earlier ones; or all of it, if they were too small.
+
+    :param offs: their errors, (n, 6); ``changes``: what the commands changed, likewise.
+    """
+    known = (changes * changes).sum(axis=0)
+    part = np.minimum((offs * offs).sum(axis=0) / np.maximum(known, np.finfo(float).tiny), 1.0)
+    part[known < change * change] = 1.0
+    part[np.abs(change) <= np.abs(changes).max(axis=0)] = 0.0
+    missed: list[float] = (np.sqrt(part) * np.abs(change)).tolist()
+    return missed
 
 
 def _noise_in(history: MovingHistory, span: Span, starts: Stamps, ends: Stamps) -> Array:

@@ -3,6 +3,7 @@
 
 """Extrapolations of an edge: it keeps its last twist, and follows its gyroscope."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from tf_tree_py import screws
@@ -20,6 +21,9 @@ from ..uncertainty.learning import Span
 
 TWIST_OVER = from_seconds(0.1)
 """A prediction uses the mean twist over this time before its first sample."""
+
+
+AT_REST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Start(NamedTuple):
@@ -41,6 +45,7 @@ class Asked(NamedTuple):
 
     :ivar span: the time of which something is learnt.
     :ivar start: at the newest sample.
+    :ivar stop: the accelerations with which the edge stops in time, as ``past.Limits``.
     :ivar ahead: nanoseconds.
     :ivar until: the stamp up to which the edge's gyroscope is followed.
     :ivar noise: of a sample (6, 6); None if unknown.
@@ -49,6 +54,7 @@ class Asked(NamedTuple):
 
     span: Span
     start: Start
+    stop: Sequence[float]
     ahead: int
     until: int
     noise: Array | None

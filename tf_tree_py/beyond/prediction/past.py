@@ -15,7 +15,7 @@ import math
 import numpy as np
 from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
-from tf_tree_py.core.errors import ExtrapolationException, InvalidArgumentException
+from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.stamp import as_seconds, from_seconds, NANOSECONDS_PER_SECOND
 from tf_tree_py.screws import Twist
@@ -23,7 +23,7 @@ from tf_tree_py.screws import Twist
 from .commanded import Commands
 from .forecast import Asked, motion, Start, start_at, TWIST_OVER
 from .trials import Trials
-from ..uncertainty.covariances import DIAGONAL, pack
+from ..uncertainty.covariances import at_least, pack
 from ..uncertainty.learning import check_size, Span
 
 Limits = Sequence[float]
@@ -36,7 +36,6 @@ ByChild = Mapping[str, Sequence[float]]
 _STOPS_S = 0.5
 # The deviation of a uniform distribution, relative to its limit.
 _UNIFORM = 1.0 / math.sqrt(3.0)
-_AT_REST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def checked_limits(given: ByChild | None) -> dict[str, Limits]:
@@ -157,19 +156,17 @@ def errors(trials: Trials, history: MovingHistory, asked: Asked,
     span, start = asked.span, asked.start
     lag, lasts = as_seconds(round(max(span.period, TWIST_OVER))), math.inf
     if given is None:
-        given, lag = _to_stop(history, span, start), min(lag, 2.0 * _STOPS_S)
+        given, lag = asked.stop, min(lag, 2.0 * _STOPS_S)
         lasts = _STOPS_S - lag / 2.0
     least = deviations(screws.times(NANOSECONDS_PER_SECOND, start.twist), given, lasts, lag,
                        as_seconds(asked.ahead), as_seconds(asked.until - start.stamp))
     check_size(history, max(least))
-    for place, deviation in zip(_DIAGONAL, least, strict=True):
-        found[place] = max(found[place], deviation * deviation)
-    return found
+    return at_least(found, least)
 
 
 def _as_large_as_the_motion(history: MovingHistory, asked: Asked) -> list[float]:
     """Return the square of the predicted motion; unknown noise is as large as that of a period."""
-    span, start, ahead, until, noise, own = asked
+    span, start, _, ahead, until, noise, own = asked
     moved = np.array(screws.log(motion(history, start, start.stamp + ahead, until)))
     in_period = max(span.period, TWIST_OVER) * np.array(start.twist)
     check_size(history, float(np.abs((moved, in_period)).max()))
@@ -180,7 +177,7 @@ def _as_large_as_the_motion(history: MovingHistory, asked: Asked) -> list[float]
 
 
 def errors_with_command(commands: Commands, trials: Trials, history: MovingHistory,
-                        asked: Asked) -> list[float]:
+                        asked: Asked, free: Start) -> list[float]:
     """
     Return the covariance of a prediction with a command, packed.
 
@@ -188,28 +185,21 @@ def errors_with_command(commands: Commands, trials: Trials, history: MovingHisto
     is that without a command, plus the square of the difference that the command makes.
 
     :param asked: with the command at the start.
+    :param free: the start without a command.
     """
-    found = commands.errors(history, asked)
-    if found is not None:
-        return found
     end = asked.start.stamp + asked.ahead
-    commanded = motion(history, asked.start, end, asked.until)
-    try:
-        free = start_at(history, asked.start.stamp, asked.span.oldest)
-    except ExtrapolationException:  # it has only one sample, so it may also stay there
-        free = asked.start._replace(twist=_AT_REST)
     off = np.array(screws.log(se3.compose(
-        se3.inverse(commanded), motion(history, free, end, asked.until))))
+        se3.inverse(motion(history, asked.start, end, asked.until)),
+        motion(history, free, end, asked.until))))
     check_size(history, float(np.abs(off).max()))
-    without = errors(trials, history, asked._replace(start=free), None)
-    packed: list[float] = (np.array(without) + pack(np.outer(off, off))).tolist()
-    return packed
+    found = commands.errors(history, asked, off)
+    if found is None:
+        found = errors(trials, history, asked._replace(start=free), None)
+        found = (np.array(found) + pack(np.outer(off, off))).tolist()
+    return found
 
 
-_DIAGONAL: tuple[int, ...] = tuple(DIAGONAL.tolist())
-
-
-def _to_stop(history: MovingHistory, span: Span, start: Start) -> Limits:
+def to_stop(history: MovingHistory, span: Span, start: Start) -> Limits:
     """Return the accelerations with which an edge stops in time, or has begun to do so."""
     speeds = [abs(each) for each in start.twist]
     before = start.stamp - from_seconds(_STOPS_S)

@@ -21,7 +21,7 @@ from tf_tree_py.core.geometry.pose import Pose
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array
 from tf_tree_py.core.messages import observers
-from tf_tree_py.core.stamp import format_span, LATEST
+from tf_tree_py.core.stamp import BEGINNING, format_span, LATEST
 from tf_tree_py.core.times import Stamp
 from tf_tree_py.core.tree.path import Step
 from tf_tree_py.core.tree.queries import FramesInErrors
@@ -29,7 +29,15 @@ from tf_tree_py.core.tree.tree import Tree
 from tf_tree_py.screws import Twist
 
 from .commanded import Commands
-from .forecast import Asked, forecast, measured_until, start_at, start_with
+from .forecast import (
+    Asked,
+    AT_REST,
+    forecast,
+    measured_until,
+    Start,
+    start_at,
+    start_with,
+)
 from .past import (
     ByChild,
     checked_limits,
@@ -37,12 +45,13 @@ from .past import (
     errors,
     errors_with_command,
     Limits,
+    to_stop,
 )
 from .trials import Trials
 from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms
-from ..uncertainty.learning import Learnt
-from ..uncertainty.noise import add_noise, add_noise_of, SampleNoise
+from ..uncertainty.learning import Learnt, Span
+from ..uncertainty.noise import add_noise, add_noise_of, EdgeNoise, SampleNoise
 from ..uncertainty.propagation import steps_between
 from ..uncertainty.queries import UncertainQueries
 from ..uncertainty.uncertain import EdgeErrors, terms_of
@@ -98,6 +107,40 @@ def predicted(tree: Tree, target: str, source: str, stamp: int, horizon: int,
     return _Way(tree, stamp, horizon, limits, twists).along(steps)
 
 
+class _Newest:
+    """What predictions use of an edge's newest sample; see ``learning``."""
+
+    __slots__ = ('_sample', '_known')
+
+    def __init__(self, history: MovingHistory) -> None:
+        self.forget(history, BEGINNING)
+
+    def forget(self, history: MovingHistory, late: int) -> None:
+        """Forget all."""
+        self._sample: tuple[int, PoseTuple] | None = None
+        self._known: tuple[Span, EdgeNoise | None, Start, Limits] | None = None
+
+    def at(self, learnt: Learnt, history: MovingHistory, stamp: int,
+           may_rest: bool) -> tuple[Span, EdgeNoise | None, Start, Limits]:
+        """
+        Return the time that counts, the noise, the state, and how the edge would stop.
+
+        :param stamp: of the newest sample.
+        :param may_rest: whether an edge with only one sample rests.
+        :raises ExtrapolationException: otherwise.
+        """
+        # A sample with the same stamp replaces the newest one.
+        sample = stamp, history.sample(stamp)
+        if self._known is None or sample != self._sample:
+            span, noise = learnt.of(history, SampleNoise).at(history, stamp)
+            if span.oldest >= stamp and may_rest:
+                return span, noise, start_with(history, stamp, AT_REST), AT_REST
+            start = start_at(history, stamp, span.oldest)
+            self._sample, self._known = sample, (span, noise, start,
+                                                 to_stop(history, span, start))
+        return self._known
+
+
 class _Way:
     """A path at a stamp for which some of its edges have no data."""
 
@@ -139,10 +182,10 @@ class _Way:
     def _predict(self, step: Step, history: MovingHistory, ahead: int) -> None:
         """Append a predicted edge, with the errors of the newest pose and of the prediction."""
         learnt = self._tree.companion_or_new(Learnt)
-        span, noise = learnt.of(history, SampleNoise).at(history, self._stamp - ahead)
         twist = self._twists.get(history.child)
-        start = (start_at(history, self._stamp - ahead, span.oldest) if twist is None else
-                 start_with(history, self._stamp - ahead, twist))
+        span, noise, free, stop = learnt.of(history, _Newest).at(
+            learnt, history, self._stamp - ahead, twist is not None)
+        start = free if twist is None else start_with(history, free.stamp, twist)
         until = measured_until(history, start.stamp, self._stamp)
         pose = forecast(history, start, self._stamp, until)
         before = self._go(step, pose)
@@ -152,15 +195,15 @@ class _Way:
         terms = self._terms(step, start.stamp, start.pose)
         if terms is not None:
             self._errors.add(step, parent[3:], se3.apply(parent, start.pose[:3]), terms)
-        asked = Asked(span, start, ahead, until, None if noise is None else noise.covariance,
+        asked = Asked(span, start, stop, ahead, until, None if noise is None else noise.covariance,
                       0.0 if has_own else 1.0)
         trials = learnt.of(history, Trials)
         if twist is None:
             found = errors(trials, history, asked, self._limits.get(history.child))
         else:
             commands = self._tree.companion_or_new(Commands)
-            found = errors_with_command(commands, trials, history, asked)
-            commands.note(history.child, asked)
+            found = errors_with_command(commands, trials, history, asked, free)
+            commands.note(history.child, asked, free.twist)
         self._errors.add(step, child[3:], child[:3], packed_term(found))
 
 

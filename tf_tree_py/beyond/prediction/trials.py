@@ -116,7 +116,7 @@ class Trials:
         If the noise is unknown, all errors may be noise, or changes of the motion, and both are
         added.
         """
-        span, start, ahead, until, noise, own = asked
+        span, start, _, ahead, until, noise, own = asked
         if noise is not self._noise:
             self._noise, self._packed = noise, pack(_NONE if noise is None else noise)
             self._rungs = {ahead: _Rung(None, rung.sums, None)

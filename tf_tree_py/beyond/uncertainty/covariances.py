@@ -33,6 +33,7 @@ _PLACES = np.zeros((6, 6), dtype=np.intp)
 _PLACES[_ROWS, _COLUMNS] = _PLACES[_COLUMNS, _ROWS] = np.arange(PACKED_FLOATS)
 DIAGONAL = _PLACES.diagonal()
 """The indices of the six variances in the packed row."""
+_DIAGONAL_PLACES: tuple[int, ...] = tuple(DIAGONAL.tolist())
 
 # Sums of larger variances, over edges and lever arms, might overflow.
 _MOST = 1e100
@@ -134,6 +135,13 @@ def root_of(covariance: Array) -> Array:
     """Return a root S of a covariance (n, n), so that S S^T is the covariance."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def at_least(packed: list[float], deviations: Sequence[float]) -> list[float]:
+    """Return a packed covariance whose six deviations are at least as large as others."""
+    for place, deviation in zip(_DIAGONAL_PLACES, deviations, strict=True):
+        packed[place] = max(packed[place], deviation * deviation)
+    return packed
 
 
 def largest_deviation(covariance: Array) -> float:
