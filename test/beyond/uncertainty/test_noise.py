@@ -62,7 +62,7 @@ def test_samples_without_noise_have_none(motion):
 
 
 def test_errors_that_last_look_like_motion():
-    """A filter with a time constant of 0.2 s: 2 cm, of which a tenth is seen as noise."""
+    """A filter with a time constant of 0.2 s: 2 cm, of which a sixth is seen as noise."""
     rng, buffer, off = np.random.default_rng(3), BufferCore(), 0.0
     rest = np.exp(-0.01 / 0.2)
     for stamp in range(0, 12 * SECOND, 10 * MS):

@@ -210,7 +210,7 @@ class MovingHistory(History, Protocol):
 
     :ivar cache_time: how far the oldest sample may be behind the newest, nanoseconds.
     :ivar late: the oldest stamp of the samples that were inserted before the newest one, since
-        predictions set it to ``FOREVER``: what they learnt from newer samples is out of date.
+        a reader set it to ``FOREVER``: what was learnt from newer samples is out of date.
     """
 
     cache_time: int
