@@ -94,10 +94,10 @@ class Commands(Companion):
                   if each.start >= span.oldest and each.end <= span.newest]
         if not trials:
             return None
-        starts, ends, untils = (np.array([each[place] for each in trials], dtype=np.int64)
+        starts, ends, gyro_ends = (np.array([each[place] for each in trials], dtype=np.int64)
                                 for place in (0, 1, 3))
         seconds = (ends - starts) * as_seconds(1)
-        offs = _errors(history, starts, ends, untils, [each.twist for each in trials])
+        offs = _errors(history, starts, ends, gyro_ends, [each.twist for each in trials])
         check_size(history, float(np.abs(offs).max()))
         first, last = int(ends[0]) // span.cell, int(ends[-1]) // span.cell
         share = _noise_in(history, span, starts, ends) / seconds**2
@@ -143,16 +143,16 @@ def _noise_in(history: MovingHistory, span: Span, starts: Stamps, ends: Stamps) 
     return np.where(before == starts, 2.0 * ratio**2, 1.0 + between(ratio))
 
 
-def _errors(history: MovingHistory, starts: Stamps, ends: Stamps, untils: Stamps,
+def _errors(history: MovingHistory, starts: Stamps, ends: Stamps, gyro_ends: Stamps,
             twists: list[Twist]) -> Array:
     """Return the errors of predictions (n, 6), in the axes of the predicted poses."""
     track = history.track(int(starts.min()), int(ends.max()))
     begins = track.at(starts).T
-    if (untils > starts).any():
+    if (gyro_ends > starts).any():
         predicted = np.array([
             forecast(history, Start(start, history.sample(start), twist), end, until)
             for start, end, until, twist in zip(
-                starts.tolist(), ends.tolist(), untils.tolist(), twists, strict=True)])
+                starts.tolist(), ends.tolist(), gyro_ends.tolist(), twists, strict=True)])
     else:
         moved = screws.exp_many((ends - starts)[:, None] * np.array(twists))
         predicted = se3.compose_many(begins, moved)
