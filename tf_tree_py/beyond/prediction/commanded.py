@@ -95,7 +95,7 @@ class Commands(Companion):
         if not trials:
             return None
         starts, ends, gyro_ends = (np.array([each[place] for each in trials], dtype=np.int64)
-                                for place in (0, 1, 3))
+                                   for place in (0, 1, 3))
         seconds = (ends - starts) * as_seconds(1)
         offs = _errors(history, starts, ends, gyro_ends, [each.twist for each in trials])
         check_size(history, float(np.abs(offs).max()))
