@@ -3,11 +3,13 @@
 
 """What predictions learnt depends on the samples, also if these arrive late."""
 
+from contextlib import suppress
+
 from inputs import for_each
 import numpy as np
 import pytest
 from tf_tree_py import BufferCore, screws
-from tf_tree_py.core import Pose
+from tf_tree_py.core import Interpolation, Linear, Pose, TransformException
 from turning_robot import aided, MS, SECOND, turning
 
 
@@ -190,3 +192,52 @@ def test_late_sample_in_a_gap_lets_a_prediction_be_compared():
     after = buffer.predict(*asked).covariance[0, 0]
     assert after != pytest.approx(before, rel=0.01)
     assert after == pytest.approx(buffer.snapshot().predict(*asked).covariance[0, 0], rel=1e-9)
+
+
+class Held(Interpolation):
+    """Keeps each sample until the next."""
+
+    def between(self, samples, index, stamp):
+        return samples.pose(index)
+
+
+def change(buffer, rng, now):
+    """Change the past of the edge in one of many ways."""
+    pick, moved = rng.integers(12), Pose(x=rng.normal())
+    if pick == 0:
+        buffer.insert('odom', 'base', now, moved)
+    elif pick == 1:
+        buffer.insert('odom', 'base', now - int(rng.integers(1, 900)) * MS, moved)
+    elif pick == 2:
+        buffer.set_interpolation('base', Held() if rng.random() < 0.5 else Linear())
+    elif pick == 3:
+        stamps = np.arange(max(now - int(rng.integers(1, 3)) * SECOND, 0), now, 5 * MS)
+        buffer.aid('base', stamps, rng.normal(size=(len(stamps), 3)))
+    elif pick == 4:
+        buffer.correct('base', moved, over=int(rng.integers(1, 100)) * MS)
+    elif pick == 5 and rng.random() < 0.2:
+        buffer.insert('map', 'base', now + 1, moved)
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_whatever_changes_the_past_changes_what_was_learnt(seed):
+    """A snapshot has learnt nothing yet."""
+    rng, buffer, now, compared = np.random.default_rng(seed), BufferCore(), 0, 0
+    buffer.insert('map', 'odom', 0, Pose(), static=True)
+    for _ in range(200):
+        now += int(rng.integers(2, 40)) * MS
+        buffer.insert('odom', 'base', now, Pose.from_xyz_rpy(
+            x=1e-9 * now + rng.normal(scale=0.01), yaw=rng.normal(scale=0.01)))
+        with suppress(TransformException):  # such as a sample that is too old
+            change(buffer, rng, now)
+        if rng.random() < 0.3:
+            asked = 'map', 'base', now + int(rng.integers(2, 300)) * MS, SECOND
+            try:
+                found = buffer.predict(*asked)
+            except TransformException:  # one sample with this parent
+                continue
+            fresh = buffer.snapshot().predict(*asked)
+            np.testing.assert_allclose(found.pose, fresh.pose, atol=1e-9)
+            np.testing.assert_allclose(found.covariance, fresh.covariance, rtol=1e-6, atol=1e-12)
+            compared += 1
+    assert compared > 30

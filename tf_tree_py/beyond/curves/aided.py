@@ -23,7 +23,7 @@ from tf_tree_py.core.errors import InvalidArgumentException
 from tf_tree_py.core.geometry import so3
 from tf_tree_py.core.geometry.se3 import PoseTuple
 from tf_tree_py.core.geometry.so3 import Array, Quaternion, Vector3
-from tf_tree_py.core.stamp import BEGINNING
+from tf_tree_py.core.stamp import BEGINNING, from_seconds
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.files.edges import Arrays, Facts, load_interpolation, save_interpolation, Saved
 
@@ -343,6 +343,26 @@ def gyro_of(history: History) -> Gyro | None:
     """Return the gyroscope of an edge; None if it has none."""
     aid = history.interpolation if isinstance(history, Samples) else None
     return aid.gyro if isinstance(aid, GyroAided) else None
+
+
+LATEST_RATES = from_seconds(1.0)
+"""What is learnt from poses does not wait for angular velocities that arrive later than this."""
+
+
+def note_rates(history: Samples, known_until: int | None, oldest: int) -> None:
+    """
+    Note that angular velocities change poses that something may have been learnt from.
+
+    :param known_until: ``gyro_until`` before they were inserted.
+    :param oldest: the oldest stamp of them.
+    """
+    newest = history.newest_stamp
+    if newest is None:
+        return
+    if known_until is None:
+        history.late = BEGINNING
+    elif min(known_until, oldest) < newest - LATEST_RATES:
+        history.late = min(history.late, oldest)
 
 
 def turn_of(history: History, begin: int, end: int) -> Quaternion | None:

@@ -37,7 +37,7 @@ from tf_tree_py.core.stamp import FOREVER, UNLIMITED
 from tf_tree_py.core.times import Stamps, StampsLike
 from tf_tree_py.files.edges import Arrays, Facts, in_files, Saved
 
-from .aided import aided
+from .aided import aided, gyro_until, note_rates
 from .curve import as_edge_curve, ConstantTwist, Curve, EdgeCurve
 from .spline import Spline
 
@@ -328,6 +328,8 @@ class CurveBuffer(PlainBuffer):
             history, gyroscope = aided(self._tree.histories.get(child), child,
                                        self._tree.cache_time)
             self._tree.replace(history)
+            if len(times):
+                note_rates(history, gyro_until(history), int(times.min()))
             return gyroscope.insert_rates(times[order], rates[order], max_gap, saturation)
 
 

@@ -48,6 +48,7 @@ from .past import (
     to_stop,
 )
 from .trials import Trials
+from ..curves.aided import gyro_until
 from ..uncertainty.covariance_history import known_covariances
 from ..uncertainty.covariances import packed_term, Terms
 from ..uncertainty.learning import Learnt, Span
@@ -129,9 +130,9 @@ class _Newest:
         :param may_rest: whether an edge with only one sample rests.
         :raises ExtrapolationException: otherwise.
         """
-        # A sample with the same stamp replaces the newest one.
+        # A sample with the same stamp replaces the newest one; a gyroscope changes older poses.
         sample = stamp, history.sample(stamp)
-        if self._known is None or sample != self._sample:
+        if self._known is None or sample != self._sample or gyro_until(history) is not None:
             span, noise = learnt.of(history, SampleNoise).at(history, stamp)
             if span.oldest >= stamp and may_rest:
                 return span, noise, start_with(history, stamp, AT_REST), AT_REST

@@ -22,11 +22,10 @@ from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import MovingHistory
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array, Number
-from tf_tree_py.core.stamp import from_seconds
 from tf_tree_py.core.times import Stamps
 
 from .forecast import Asked, forecast, start_at, TWIST_OVER, unchanged_until, unexpired_since
-from ..curves.aided import gyro_until
+from ..curves.aided import gyro_until, LATEST_RATES
 from ..curves.gaps import BRIDGED
 from ..uncertainty.covariances import (
     DIAGONAL,
@@ -62,8 +61,6 @@ _MOST_RUNGS = 32
 _PERIODS = 1.5
 # Trials are made as if a gyroscope had measured an eighth of the time ahead, or two, and so on.
 _MEASURED_PARTS = 8
-# A gyroscope that lags behind the poses by more is not waited for.
-_LATEST_GYRO = from_seconds(1.0)
 # From n independent errors, a variance is enlarged by 2 / n: see ``noise``.
 _FEW = 2.0
 # Correlations change with the motion: at most this part of them counts.
@@ -323,7 +320,7 @@ def _is_final(history: MovingHistory, stamp: int, gyro: int) -> bool:
     after = history.next_stamp(history.next_stamp(stamp - 1) + BRIDGED)
     newest = history.newest_stamp
     assert newest is not None
-    return after < newest and (gyro < newest - _LATEST_GYRO or after + 2 * BRIDGED <= gyro)
+    return after < newest and (gyro < newest - LATEST_RATES or after + 2 * BRIDGED <= gyro)
 
 
 @lru_cache(maxsize=64)
