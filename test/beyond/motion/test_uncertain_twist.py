@@ -103,6 +103,18 @@ def test_edge_with_too_few_samples_is_named_with_the_frames():
     assert (raised.value.target_frame, raised.value.source_frame) == ('odom', 'base')
 
 
+def test_edges_of_the_axes_count_at_the_stamp_only():
+    """Those of a slower map do not reach the end of the interval, or have just begun."""
+    buffer, stamp = tree_of(np.random.default_rng(1)), SPAN // 2
+    rng = np.random.default_rng(2)
+    for number in range(40):
+        buffer.insert('map', 'world', stamp - number * STEP, Pose(x=rng.normal(scale=1e-3)))
+    asked = 'base', 'world', stamp, SECOND
+    velocity, covariance = lookup_twist_uncertain(buffer, *asked, reference_frame='map')
+    assert velocity == lookup_twist(buffer, *asked, reference_frame='map')
+    assert np.linalg.eigvalsh(covariance)[0] > 0.0
+
+
 def test_frame_that_had_another_parent_has_the_velocity_of_that_time():
     rng, buffer = np.random.default_rng(1), tree_of(np.random.default_rng(2))
     for number in range(100):

@@ -37,8 +37,8 @@ def lookup_twist_uncertain(tree: UncertainQueries, tracking_frame: str, observat
     The covariance is that of the samples' noise, which ``edge_noise`` returns: errors that are
     independent from sample to sample, in the poses at both ends of the interval and at the
     stamp. Errors that last longer than the interval hardly change a velocity, and are not in it.
-    Nor is that the mean velocity of an interval differs from the one at the stamp: a longer
-    interval has less noise, and more of that. Curves are exact.
+    The covariance also leaves out that the mean over an interval differs from the velocity at the
+    stamp: a longer interval has less noise, but a larger difference. Curves are exact.
 
     :param tree: a buffer or a snapshot; the other parameters are those of ``lookup_twist``.
     :return: the velocity, and (6, 6) of its linear and angular part, (m/s)^2 and (rad/s)^2, in
@@ -59,7 +59,7 @@ def lookup_twist_uncertain(tree: UncertainQueries, tracking_frame: str, observat
         moved, turned, pointed = (_steps(tree, *ends, stamp) for ends in (
             (observation_frame, tracking_frame), (axes, tracking_frame),
             (axes, reference_point_frame or tracking_frame)))
-        poses = _Poses(tree, [*moved, *turned, *pointed], (interval[0], stamp, interval[1]))
+        poses = _Poses(tree, moved, [*turned, *pointed], (interval[0], stamp, interval[1]))
         own = [_own_twist(tree, step, stamp) for step in moved]
     twists = np.zeros((1, 6))
     for step, known in zip(moved, own, strict=True):
@@ -85,16 +85,19 @@ class _Poses:
     """
     The poses of edges at three times, each off by one deviation of their noise, to both sides.
 
-    :param times: the beginning of the interval, the stamp and the end.
+    :param moved: the edges whose motion counts; ``others``: those whose pose at the stamp does.
+    :param interval: its beginning, the stamp and its end.
     """
 
-    def __init__(self, tree: UncertainQueries, steps: Iterable[Step],
-                 times: tuple[int, int, int]) -> None:
+    def __init__(self, tree: UncertainQueries, moved: Sequence[Step], others: Sequence[Step],
+                 interval: tuple[int, int, int]) -> None:
         self._poses = {}
-        edges = {step.history.child: step for step in steps}
-        roots = {child: _root(tree, step, times) for child, step in edges.items()}
+        at_stamp = (interval[1],) * 3
+        edges = {step.history.child: (step, at_stamp) for step in others} | {
+            step.history.child: (step, interval) for step in moved}
+        roots = {child: _root(tree, *edge) for child, edge in edges.items()}
         self._count, place = sum(len(root) for root in roots.values()), 0
-        for child, step in edges.items():
+        for child, (step, times) in edges.items():
             offs, root = np.zeros((self._count, 3, 6)), roots[child]
             offs[place:place + len(root)] = root
             place += len(root)

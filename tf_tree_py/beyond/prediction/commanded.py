@@ -16,7 +16,7 @@ from tf_tree_py import screws
 from tf_tree_py.core.edges.protocol import History, MovingHistory
 from tf_tree_py.core.geometry import se3
 from tf_tree_py.core.geometry.so3 import Array
-from tf_tree_py.core.stamp import as_seconds
+from tf_tree_py.core.stamp import as_seconds, from_seconds
 from tf_tree_py.core.times import Stamps
 from tf_tree_py.core.tree.companions import Companion
 from tf_tree_py.screws import Twist
@@ -27,8 +27,13 @@ from ..uncertainty.covariances import at_least, errors_of, pack, packed_squares
 from ..uncertainty.learning import check_size, LATELY, Span, stamps_in, sums_by_cell
 from ..uncertainty.noise import between
 
-# So many predictions are kept of an edge, evenly distributed.
+# So many predictions are kept of an edge, evenly distributed, for each octave of the time ahead.
 _MOST = 256
+# All shorter times ahead, nanoseconds, are one of these octaves: its number of bits.
+_SHORTEST = 26
+# The largest error of this time counts for itself, because an edge may have ceased to follow; but
+# not what is below so many variances of the noise.
+_RECENT, _MOST_NOISE = from_seconds(0.25), 6.0
 
 
 class _Trial(NamedTuple):
@@ -48,15 +53,18 @@ class _Trial(NamedTuple):
 
 
 class Commands(Companion):
-    """The predictions with commands of a tree's edges, by child frame, sorted by their ends."""
+    """The predictions with commands of a tree's edges, sorted by their starts."""
 
     def __init__(self) -> None:
-        self._by_child: dict[str, list[_Trial]] = {}
+        # By child frame, and by the octave of the time ahead.
+        self._by_child: dict[str, dict[int, list[_Trial]]] = {}
 
     def copy(self) -> 'Commands':
         """Return an independent copy."""
         twin = Commands()
-        twin._by_child = {child: list(trials) for child, trials in self._by_child.items()}
+        twin._by_child = {
+            child: {octave: list(trials) for octave, trials in octaves.items()}
+            for child, octaves in self._by_child.items()}
         return twin
 
     def clear(self, histories: Mapping[str, History]) -> None:
@@ -69,15 +77,18 @@ class Commands(Companion):
 
     def note(self, child: str, asked: Asked, before: Twist) -> None:
         """
-        Keep a prediction, unless one with nearly the same end is kept.
+        Keep a prediction, unless one from a little earlier is kept.
+
+        Of several from one sample, the last counts.
 
         :param before: the edge's own twist at the start, per nanosecond.
         """
         start, end = asked.start, asked.start.stamp + asked.ahead
-        trials = self._by_child.setdefault(child, [])
-        while trials and trials[-1].start > start.stamp:
-            trials.pop()  # the clock went back
-        if not trials or trials[-1].end + LATELY // _MOST <= end:
+        octaves = self._by_child.setdefault(child, {})
+        trials = octaves.setdefault(_octave(asked.ahead), [])
+        while trials and trials[-1].start >= start.stamp:
+            trials.pop()  # it is from the same sample, or the clock went back
+        if not trials or trials[-1].start + LATELY // _MOST <= start.stamp:
             trials.append(_Trial(start.stamp, end, start.twist, asked.until, before))
             del trials[:-_MOST]
 
@@ -90,7 +101,8 @@ class Commands(Companion):
         :param change: the difference that the command makes to the predicted pose, (6,).
         """
         span, _, _, ahead, _, noise, own = asked
-        trials = [each for each in self._by_child.get(history.child, ())
+        octaves = self._by_child.get(history.child, {})
+        trials = [each for each in octaves.get(_octave(ahead), ())
                   if each.start >= span.oldest and each.end <= span.newest]
         if not trials:
             return None
@@ -99,9 +111,9 @@ class Commands(Companion):
         seconds = (ends - starts) * as_seconds(1)
         offs = _errors(history, starts, ends, gyro_ends, [each.twist for each in trials])
         check_size(history, float(np.abs(offs).max()))
-        first, last = int(ends[0]) // span.cell, int(ends[-1]) // span.cell
+        first, last = int(starts[0]) // span.cell, int(starts[-1]) // span.cell
         share = _noise_in(history, span, starts, ends) / seconds**2
-        rows = sums_by_cell(span.cell, first, last, ends, np.concatenate(
+        rows = sums_by_cell(span.cell, first, last, starts, np.concatenate(
             [share[:, None], packed_squares(offs / seconds[:, None])], axis=1), ends).rows
         rows = rows[rows[:, 0] > 0.0]
         if len(rows) < LEAST_CELLS:
@@ -114,10 +126,18 @@ class Commands(Companion):
                               + own * pack(known)).tolist()
         changes = (ends - starts)[:, None] * np.array(
             [np.subtract(each.twist, each.before) for each in trials])
-        return at_least(found, _missed(offs, changes, change))
+        above = (offs / seconds[:, None])**2 - _MOST_NOISE * share[:, None] * known.diagonal()
+        recent = above[ends > span.newest - _RECENT].max(axis=0, initial=0.0)
+        return at_least(found, np.maximum(
+            _missed(offs, changes, change), as_seconds(ahead) * np.sqrt(recent)).tolist())
 
 
-def _missed(offs: Array, changes: Array, change: Array) -> list[float]:
+def _octave(ahead: int) -> int:
+    """Return the octave of a time ahead: what an edge misses depends on the time that it has."""
+    return max(ahead.bit_length(), _SHORTEST)
+
+
+def _missed(offs: Array, changes: Array, change: Array) -> Array:
     """
     Return the part of a command's change that an edge may not follow, (6,).
 
@@ -130,8 +150,7 @@ def _missed(offs: Array, changes: Array, change: Array) -> list[float]:
     part = np.minimum((offs * offs).sum(axis=0) / np.maximum(known, np.finfo(float).tiny), 1.0)
     part[known < change * change] = 1.0
     part[np.abs(change) <= np.abs(changes).max(axis=0)] = 0.0
-    missed: list[float] = (np.sqrt(part) * np.abs(change)).tolist()
-    return missed
+    return np.asarray(np.sqrt(part) * np.abs(change))
 
 
 def _noise_in(history: MovingHistory, span: Span, starts: Stamps, ends: Stamps) -> Array:

@@ -32,6 +32,8 @@ Limits = Sequence[float]
 ByChild = Mapping[str, Sequence[float]]
 """Six numbers along and about x, y, z in the child's axes, by child frame."""
 
+# Faster than light is no velocity.
+_FASTEST = 3e8
 # An edge may stop within half a second.
 _STOPS_S = 0.5
 # The deviation of a uniform distribution, relative to its limit.
@@ -61,7 +63,7 @@ def checked_twists(given: ByChild | None, limited: Iterable[str]) -> dict[str, T
     :raises InvalidArgumentException: something else.
     """
     twists = _six_by_child(given)
-    if twists is None:
+    if twists is None or any(abs(each) > _FASTEST for six in twists.values() for each in six):
         raise InvalidArgumentException(
             f'Invalid argument twist {given!r:.80}: it maps child frames to six finite numbers '
             'each, the velocity along x, y, z (m/s) and about x, y, z (rad/s), such as '
@@ -80,9 +82,9 @@ def _six_by_child(given: ByChild | None) -> dict[str, Sequence[float]] | None:
     try:
         for child, each in ({} if given is None else given).items():
             numbers[child.removeprefix('/')] = found = [*map(float, each)]
-            if len(found) != 6 or not all(map(math.isfinite, found)):
+            if isinstance(each, str) or len(found) != 6 or not all(map(math.isfinite, found)):
                 return None
-    except (AttributeError, TypeError, ValueError):
+    except (AttributeError, OverflowError, TypeError, ValueError):
         return None
     return numbers
 

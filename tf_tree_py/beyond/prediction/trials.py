@@ -61,6 +61,8 @@ _MOST_RUNGS = 32
 _PERIODS = 1.5
 # Trials are made as if a gyroscope had measured an eighth of the time ahead, or two, and so on.
 _MEASURED_PARTS = 8
+# Smaller ones are rounding errors: m^2 and rad^2; and relative to the square of a mean.
+_LEAST_VARIANCE, _LEAST_SPREAD = 1e-30, 1e-12
 # From n independent errors, a variance is enlarged by 2 / n: see ``noise``.
 _FEW = 2.0
 # Correlations change with the motion: at most this part of them counts.
@@ -211,7 +213,7 @@ def change_in(history: MovingHistory, rows: Array, ahead: float, cell: int,
     count, _, *squares = rows.sum(axis=0).tolist()
     moment = unpack(np.array(squares) / count)
     check_size(history, math.sqrt(moment.max()))
-    units = np.sqrt(np.maximum((moment + noise).diagonal(), np.finfo(float).tiny))
+    units = np.sqrt(np.maximum((moment + noise).diagonal(), _LEAST_VARIANCE))
     scale = np.outer(units, units)
     values, vectors = np.linalg.eigh((moment - noise) / scale)
     change = (vectors * np.maximum(values, 0.0)) @ vectors.T
@@ -244,7 +246,8 @@ def _independent(squares: Array, overlap: float) -> Array:
     sums[-lags - 1:] = sums[-lags - 2]
     moving = sums[lags + 1:] - sums[:-lags - 1]
     variance = (moving * moving).sum(axis=0) / (lags + 1)
-    variance = np.maximum(variance, np.finfo(float).tiny) / (count * (count - 1))
+    variance = np.maximum(
+        variance / (count * (count - 1)), _LEAST_SPREAD * mean * mean + np.finfo(float).tiny)
     return np.asarray(np.maximum(2.0 * mean * mean / variance, 1.0))
 
 
