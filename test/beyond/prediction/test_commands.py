@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 from tf_tree_py import BufferCore, screws
-from tf_tree_py.core import InvalidArgumentException, Pose, se3
+from tf_tree_py.core import InvalidArgumentException, LookupException, Pose, se3
 from tf_tree_py.core.geometry import so3
 
 SECOND, MS = 1_000_000_000, 1_000_000
@@ -210,6 +210,11 @@ def test_gyroscope_measures_the_rotation_that_was_commanded():
 def test_what_is_no_twist_is_refused_with_an_example(twist):
     with pytest.raises(InvalidArgumentException, match='twist.*six finite numbers'):
         resting().predict('odom', 'base', 5 * SECOND, 9 * SECOND, twist=twist)
+
+
+def test_misspelt_frame_of_a_twist_is_an_error():
+    with pytest.raises(LookupException, match='predict argument twist does not exist'):
+        resting().predict('odom', 'base', 5 * SECOND, 9 * SECOND, twist={'bsae': FORWARD})
 
 
 def test_twist_and_limit_of_one_edge_contradict_each_other():

@@ -4,8 +4,8 @@
 """
 Predictions of edges whose velocity the caller knows, such as a commanded one.
 
-How well an edge follows a command only shows in predictions that were made with one. So these are
-kept, and compared with the poses that followed.
+Predictions with a command are kept. Later, the poses that followed show how far off they were, and
+so how well the edge follows its commands.
 """
 
 from collections.abc import Mapping

@@ -255,8 +255,10 @@ class PredictionQueries(UncertainQueries):
             such as commanded ones, by child frame: six numbers along x, y, z (m/s) and about x, y,
             z (rad/s), in the child's axes. The covariance is then that of the errors of earlier
             predictions with a velocity. Before there are enough of them, it is the one without
-            a velocity, plus the square of the difference that the velocity makes.
+            a velocity, plus the square of the difference that the velocity makes. The prediction
+            itself is kept for this; one by a snapshot is not.
         :return: the pose, the covariance (6, 6), and how far ``beyond`` the data the pose is.
+        :raises LookupException: a frame is unknown, also one of ``twist``.
         :raises FutureExtrapolationException: an edge ends further away than the horizon.
         :raises InvalidArgumentException: a horizon, an acceleration or a twist that is not as
             above; or both of these for one edge.
@@ -272,6 +274,8 @@ class PredictionQueries(UncertainQueries):
     def _predict(self, target_frame: str, source_frame: str, stamp: int, horizon: int,
                  limits: Mapping[str, Limits], twists: Mapping[str, Twist]) -> Prediction:
         with self._lock, FramesInErrors(self._tree, target_frame, source_frame):
+            for child in twists:  # a misspelt name would be a prediction without the command
+                self._tree.paths.check_frame('twist', child, 'predict')
             ahead = predicted(
                 self._tree, target_frame, source_frame, stamp, horizon, limits, twists)
             if ahead is not None:
