@@ -246,14 +246,14 @@ WRONG = {
 
 @pytest.mark.parametrize(('read', 'sentence'), WRONG.values(), ids=WRONG)
 def test_a_reader_that_fails_is_an_incident_and_the_listener_goes_on(
-        listener, send, capfd, read, sentence):
+        listener, send, log, read, sentence):
     listener.subscribe(String, 'words', read)
     listener.subscribe(Odometry, 'odometry')
     send('words', String(data='base'))
     until(lambda: listener.buffer.statistics().incidents[Kind.MALFORMED] == 1)
     send('odometry', odometry())
     until_has(listener)
-    until(lambda: sentence in capfd.readouterr().err)
+    until(lambda: sentence in log())
 
 
 GARBAGE = {
@@ -396,20 +396,19 @@ def test_simulated_time_holds_for_them(make_node, sim_clock, send):
         until(lambda: not buffer.can_transform('odom', 'base', at(1.5)))
 
 
-def test_two_publishers_of_one_edge_are_reported(listener, make_node, send, capfd):
+def test_two_publishers_of_one_edge_are_reported(listener, make_node, send, log):
     listener.subscribe(Odometry, 'odometry')
     others = [make_node(name).create_publisher(Odometry, 'odometry', 100)
               for name in ('wheels', 'lidar')]
     until(lambda: all(other.get_subscription_count() for other in others))
-    text, number = '', 0
+    number = 0
 
     def is_reported():
-        nonlocal text, number
+        nonlocal number
         number += 1
         for other in others:
             other.publish(odometry(1.0 + 0.01 * number))
-        text += capfd.readouterr().err
-        return '/lidar' in text and '/wheels' in text
+        return '/lidar' in log() and '/wheels' in log()
 
     until(is_reported)
 
@@ -441,7 +440,7 @@ def test_covariances_are_used_on_demand(listener, send):
     (UNKNOWN, 'wider than a full turn')])
 @pytest.mark.parametrize('static', [False, True], ids=['moving', 'static'])
 def test_a_pose_is_used_although_its_covariance_cannot_be(
-        listener, send, capfd, covariance, sentence, static):
+        listener, send, log, covariance, sentence, static):
     listener.subscribe(Odometry, 'odometry', covariances=True, static=static)
     send('odometry', odometry(covariance=covariance), qos=static_qos(1) if static else 100)
     buffer = until_has(listener)
@@ -450,7 +449,7 @@ def test_a_pose_is_used_although_its_covariance_cannot_be(
     assert not covariance_of(buffer).any()
     assert incidents_of(buffer) == {Kind.POSE_ALONE: 1}
     assert (buffer.statistics().accepted, buffer.statistics().refused) == (1, 0)
-    until(lambda: sentence in capfd.readouterr().err)
+    until(lambda: sentence in log())
 
 
 @pytest.mark.parametrize('off_the_floor', [1e6, -1.0, float('nan'), float('inf')])

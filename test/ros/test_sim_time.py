@@ -75,21 +75,18 @@ def test_paused_clock_times_out_by_the_wall_guard_alone(
     lambda buffer, _: buffer.wait_for_transform_async('map', 'base', at(11.0), lasting(0.001)),
 ], ids=['thread', 'future'])
 def test_wait_by_a_clock_that_nobody_publishes_is_logged_once(
-        node, listen, talker, pool, capfd, monkeypatch, asks):
+        node, listen, talker, pool, log, monkeypatch, asks):
     monkeypatch.setattr('tf_tree_py.ros.waiting.deadlines.STOPPED_S', 0.05)
     buffer = listen(node)
     asked = [asks(buffer, pool)]
-    logged = []
-    until(lambda: logged.append(capfd.readouterr().err) or any(logged))
+    until(lambda: 'is any node publishing /clock?' in log())
     asked += [asks(buffer, pool)]
     until_waiting(buffer, 2)
     talker.move(transform('map', 'base', 11.0))
     for each in asked:
         assert result_of(each).header.stamp.sec == 11
     buffer.timeouts.watch.report_if_stopped(0)  # as another wait does
-    text = ''.join(logged) + capfd.readouterr().err
-    assert text.count('stood still at 0.000000000 s for') == 1
-    assert 'is any node publishing /clock?' in text
+    assert log().count('stood still at 0.000000000 s for') == 1
 
 
 def test_wait_by_a_clock_that_ticks_is_not_logged(
@@ -170,15 +167,14 @@ def test_jump_back_fails_all_who_wait(buffer, sim_clock, pool):
 
 
 def test_jump_back_is_logged_and_the_failures_that_it_causes_name_it(
-        buffer, sim_clock, talker, capfd):
+        buffer, sim_clock, talker, log):
     talker.move(transform('map', 'base', 9.0), into=buffer)
     talker.move(transform('map', 'base', 10.0), into=buffer)
     sim_clock.show(8.0, buffer)
-    logged = []
-    until(lambda: logged.append(capfd.readouterr().err) or 'Detected' in ''.join(logged))
+    until(lambda: 'all moving transforms' in log())
     why = 'the clock went back by 2.000 s, from 10.000000000 to 8.000000000'
-    assert f'Detected jump back in time: {why}. The buffer forgot' in ''.join(logged)
-    assert 'nodes publish it' not in ''.join(logged), 'there is one'
+    assert f'Detected jump back in time: {why}. The buffer forgot' in log()
+    assert 'nodes publish it' not in log(), 'there is one'
     with pytest.raises(ExtrapolationException, match='for that time, and forgot it: ' + why):
         buffer.lookup_transform('map', 'base', at(9.5))
 
