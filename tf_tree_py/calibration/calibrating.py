@@ -15,15 +15,8 @@ from .chain import check_edges, Edge, Tree
 from .model import Model, State
 from .observability import covariance_of, fixed, free_steps, Held, held_directions
 from .observations import Array, CalibrationError, Limits, Observations
-from .solve import (
-    Fit,
-    fitted,
-    is_at_bound,
-    Precision,
-    precision,
-    roughly,
-    settled,
-)
+from .precision import Precision, precision
+from .solve import Fit, fitted, is_at_bound, roughly, settled
 from .spread import are_outliers
 from .start import some_of, starts
 from .unobservable import described, Unobservable
@@ -144,13 +137,13 @@ def _estimated(model: Model, time: bool, near: State | None = None) -> _Estimate
     begin = best.state if len(few) == len(model) else settled(few, best.state, steps).state
     fit = settled(model, begin, steps)
     for _ in range(_LOOKS):
-        before, sure = held, precision(model, fit, steps.shape[1])
+        before, sure = held, precision(model, fit, steps)
         held = held_directions(model, fit.state, sure.information, free)
         if held.size == before.size:
             return _Estimate(model, fit, steps, before, sure)
         steps = free_steps(model, held)
         fit = settled(model, fit.state, steps)
-    return _Estimate(model, fit, steps, held, precision(model, fit, steps.shape[1]))
+    return _Estimate(model, fit, steps, held, precision(model, fit, steps))
 
 
 def _nothing_estimated(estimate: _Estimate) -> _Estimate:
@@ -160,7 +153,7 @@ def _nothing_estimated(estimate: _Estimate) -> _Estimate:
     steps = free_steps(model, held)
     fit = fitted(model, estimate.fit.state, steps, estimate.fit.covariances, _ROUGHLY)
     fit = fit._replace(jitters_s=(0.0,) * len(model.seen))
-    return _Estimate(model, fit, steps, held, precision(model, fit, steps.shape[1]))
+    return _Estimate(model, fit, steps, held, precision(model, fit, steps))
 
 
 def _begins(model: Model, time: bool) -> list[State]:
@@ -179,7 +172,7 @@ def _result(full: _Estimate, wanted: _Estimate, time: bool) -> Calibration:
     if against is not None:
         wanted = _nothing_estimated(wanted)
     found = explanations(full.model, full.fit, full.precision, inliers)
-    covariance = covariance_of(full.model, wanted.fit.state, wanted.precision.information,
+    covariance = covariance_of(full.model, wanted.fit.state, wanted.precision.covariance,
                                wanted.held)
     edges = [
         EdgeEstimate(*edge, Pose(*before.tolist()), Pose(*after.tolist()),

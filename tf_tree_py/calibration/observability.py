@@ -65,7 +65,7 @@ def held_directions(model: Model, state: State, information: Array, free: Mask) 
     for number in range(len(unknowns.edges)):
         held = _extended(held, _still(model, state, number))
     rest = _complement(held)
-    scaled, _ = _scaled(model, state, information)
+    scaled = _scaled(model, state, information)
     values, vectors = np.linalg.eigh(rest.T @ scaled @ rest)
     plain, hidden = _plain(unknowns, rest @ vectors[:, values < 1.0], held)
     return Held(plain, np.hstack([held, hidden]))
@@ -78,16 +78,14 @@ def free_steps(model: Model, held: Held) -> Array:
     return np.asarray(block_diag(model.scales[:, None] * rest, np.eye(places)))
 
 
-def covariance_of(model: Model, state: State, information: Array, held: Held) -> Array:
+def covariance_of(model: Model, state: State, covariance: Array, held: Held) -> Array:
     """
     Return the covariance (Q, Q) of edges and offsets at a state.
 
     Held directions have the standard deviations of ``Limits``. What makes up for their errors
-    has the same errors. The parameters are those of ``held_directions``.
     """
-    scaled, units = _scaled(model, state, information)
     rest = _complement(held.plain)
-    within = np.linalg.pinv(rest.T @ scaled @ rest, hermitian=True)
+    within, units = covariance[:rest.shape[1], :rest.shape[1]], _units(model, state)
     with_held = held.hidden @ np.linalg.inv(held.plain.T @ held.hidden)
     return np.asarray(units @ (rest @ within @ rest.T + with_held @ with_held.T) @ units.T)
 
@@ -119,16 +117,18 @@ def _schur(information: Array, count: int) -> Array:
         information[count:, count:], hermitian=True) @ inner.T)
 
 
-def _scaled(model: Model, state: State, information: Array) -> tuple[Array, Array]:
-    """
-    Return the information of edges and offsets (Q, Q), for steps from the tree in ``Limits``.
-
-    :return: and the matrix (Q, Q) from such a step to one from the state.
-    """
+def _units(model: Model, state: State) -> Array:
+    """Return the matrix (Q, Q) from a step from the tree in ``Limits`` to one from a state."""
     count = model.unknowns.of_interest
     step = model.unknowns.step_to(model.origin(state), state)
-    units = model.unknowns.about(step)[:count, :count] * model.scales
-    return np.asarray(units.T @ _schur(information, count) @ units), units
+    return np.asarray(model.unknowns.about(step)[:count, :count] * model.scales)
+
+
+def _scaled(model: Model, state: State, information: Array) -> Array:
+    """Return the information of edges and offsets (Q, Q), in units of ``Limits``."""
+    count = model.unknowns.of_interest
+    units = _units(model, state)
+    return np.asarray(units.T @ _schur(information, count) @ units)
 
 
 def _extended(basis: Array, columns: Array) -> Array:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 tf_tree_py maintainers
 # SPDX-License-Identifier: Apache-2.0
 
-"""Robust least squares over some of the unknowns, and the precision of the estimate."""
+"""Robust least squares over some of the unknowns."""
 
 from typing import NamedTuple
 
@@ -11,10 +11,8 @@ from scipy.optimize import least_squares
 from .model import by_rigid_motion, Model, State
 from .observations import Array, Mask
 from .spread import (
-    correlation_time,
     first_spread,
     floored,
-    inefficiency,
     loss,
     Scatter,
     scatter,
@@ -245,35 +243,3 @@ def _whitened_derivatives(model: Model, state: State, white: list[Array],
 def is_at_bound(offset: float, reach: float) -> bool:
     """Return whether a time offset is the largest that was tried: the true one may be larger."""
     return abs(offset) >= _AT_BOUND * reach > 0.0
-
-
-class Precision(NamedTuple):
-    """
-    The precision of a fit.
-
-    :ivar information: (P, P) the information matrix of all unknowns.
-    :ivar correlation_time: how many successive observations carry as much information as one.
-    :ivar free: how many directions were estimated.
-    """
-
-    information: Array
-    correlation_time: float
-    free: int
-
-
-def precision(model: Model, fit: Fit, free: int) -> Precision:
-    """
-    Return the precision of a fit.
-
-    :param free: how many directions were estimated.
-    """
-    white = [whitening(each) for each in fit.covariances]
-    jacobian = _whitened_derivatives(model, fit.state, white)
-    distance, sizes = np.concatenate(fit.distances), fit.sizes
-    weighted = [np.einsum('nij,nj->ni', scale, each) * weight(far, each.shape[1])[:, None]
-                for scale, each, far in zip(white, fit.residuals, fit.distances, strict=True)]
-    time = correlation_time(weighted)
-    independent = sizes.sum() / time
-    freedom = max((independent - free) / independent, 0.05)
-    factor = inefficiency(distance, sizes) / freedom * time
-    return Precision(jacobian.T @ jacobian / max(factor, 1e-18), time, free)

@@ -56,6 +56,11 @@ def loss(distance: Array, size: Array | float) -> Array:
     return np.asarray((_FREEDOM + size) * np.log1p(distance / _FREEDOM))
 
 
+def bend(distance: Array, size: Array | float) -> Array:
+    """Return minus twice the derivatives of the weights by the squared distances."""
+    return np.asarray(2.0 * (_FREEDOM + size) / (_FREEDOM + distance) ** 2)
+
+
 def inefficiency(distance: Array, size: Array) -> float:
     """
     Return the factor from the covariance of least squares to the covariance with this loss.
@@ -64,27 +69,10 @@ def inefficiency(distance: Array, size: Array) -> float:
     residuals: Maronna, "Robust M-Estimators of Multivariate Location and Scatter", Annals
     of Statistics 4(1), 1976; for regression Huber, "Robust Statistics", 7.6.
     """
-    above, below = _moments(distance, size)
-    return above / below ** 2
-
-
-def inflation(distance: Array, size: Array) -> float:
-    """
-    Return the factor from differences of a log-likelihood to differences of this loss.
-
-    E[w^2 d^2 / p] / E[w + 2 w' d^2 / p]: Hampel and others, "Robust Statistics", 7.2.
-    """
-    above, below = _moments(distance, size)
-    return above / below
-
-
-def _moments(distance: Array, size: Array) -> tuple[float, float]:
-    weights = weight(distance, size)
-    slope = -(_FREEDOM + size) / (_FREEDOM + distance) ** 2
-    numbers = size.sum()
+    weights, numbers = weight(distance, size), size.sum()
     above = float((weights ** 2 * distance).sum() / numbers)
-    below = float((size * weights + 2.0 * slope * distance).sum() / numbers)
-    return above, max(below, 1e-3)
+    below = float((size * weights - bend(distance, size) * distance).sum() / numbers)
+    return above / max(below, 1e-3) ** 2
 
 
 def floored(covariances: Array) -> Array:

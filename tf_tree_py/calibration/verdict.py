@@ -24,8 +24,8 @@ from .at_rest import Contradiction
 from .model import Model, Unknowns
 from .observability import free_steps, held_directions
 from .observations import Array, Mask
-from .solve import Fit, fitted, Precision
-from .spread import inflation
+from .precision import Precision
+from .solve import Fit, fitted
 from .unobservable import Unobservable
 
 _SURE = 6.0
@@ -90,15 +90,13 @@ def explanations(model: Model, full: Fit, sure: Precision,
     :param inliers: of each set, which observations are not outliers.
     """
     made, time, numbers = [], sure.correlation_time, float(full.sizes.sum())
-    # The residuals of a fit with few observations are smaller than the errors.
-    left = max(numbers - sure.free, 1.0) / numbers
-    scale = max(inflation(np.concatenate(full.distances), full.sizes) / left, 1e-9)
     for name, free in _FREE.items():
         steps = free_steps(model, held_directions(
             model, full.state, sure.information, _free(model, *free)))
         fit = full if all(free) else fitted(
             model, full.state, steps, full.covariances, _ACCURACY)
-        misfit, count = fit.cost / (time * scale), steps.shape[1]
+        count, step = steps.shape[1], model.unknowns.step_to(full.state, fit.state)
+        misfit = sure.likelihood_ratio(step, fit.cost - full.cost)
         made.append(Explanation(
             name, misfit + _penalty(count, numbers, time), misfit, count,
             *_unexplained(fit, inliers), tuple(fit.state.offsets.tolist())))
